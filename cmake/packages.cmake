@@ -1,0 +1,8 @@
+# Everything we link that is not ours. All come from Debian 12 (packages.txt).
+
+include(GoogleTest)
+find_package(PkgConfig REQUIRED)
+find_package(Threads REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(fmt REQUIRED)
+find_package(GTest REQUIRED)

@@ -1,0 +1,32 @@
+// Small fixed-size vectors shared by every folder. Heavier algebra uses Eigen where it is needed.
+#pragma once
+
+namespace roseau {
+
+struct Vec2 {
+  double x = 0;
+  double y = 0;
+};
+
+struct Vec3 {
+  double x = 0;
+  double y = 0;
+  double z = 0;
+};
+
+/// Axis-aligned rectangle in an image: pixels, origin at the upper left corner of the upper left pixel.
+struct ImageRect {
+  double x = 0;
+  double y = 0;
+  double width = 0;
+  double height = 0;
+};
+
+/// Symmetric 2x2 covariance of a (x, y) quantity, in that quantity's unit squared.
+struct Covariance2 {
+  double xx = 0;
+  double xy = 0;
+  double yy = 0;
+};
+
+}  // namespace roseau

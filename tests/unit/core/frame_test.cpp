@@ -1,0 +1,80 @@
+#include "core/frame.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+#include <vector>
+
+namespace roseau {
+namespace {
+
+TEST(FramePool, HandsOutEveryBufferOnceAndThenNothing) {
+  FramePool pool(3, 16);
+  std::vector<FrameLease> leases;
+  for (int i = 0; i < 3; ++i) {
+    leases.push_back(pool.acquire());
+    ASSERT_TRUE(leases.back());
+  }
+  EXPECT_FALSE(pool.acquire());
+  leases.pop_back();
+  EXPECT_TRUE(pool.acquire());
+}
+
+TEST(FramePool, BufferReturnsOnlyWithTheLastLease) {
+  FramePool pool(1, 16);
+  FrameLease first = pool.acquire();
+  FrameLease second = first;
+  first = FrameLease{};
+  EXPECT_EQ(pool.free_count(), 0U);
+  second = FrameLease{};
+  EXPECT_EQ(pool.free_count(), 1U);
+}
+
+TEST(FramePool, LeaseOutlivesPool) {
+  FrameLease lease;
+  {
+    FramePool pool(2, 16);
+    lease = pool.acquire();
+    lease.writable_bytes()[0] = std::byte{42};
+  }
+  EXPECT_EQ(lease.bytes()[0], std::byte{42});
+}
+
+TEST(FramePool, SixtyFourBuffersAreAllowed) {
+  FramePool pool(64, 8);
+  EXPECT_EQ(pool.free_count(), 64U);
+}
+
+TEST(FramePool, ConcurrentReleaseLosesNoBuffer) {
+  FramePool pool(8, 8);
+  std::vector<std::jthread> threads;
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([&pool] {
+      for (int i = 0; i < 5000; ++i) {
+        const FrameLease lease = pool.acquire();
+        const FrameLease copy = lease;
+      }
+    });
+  }
+  threads.clear();
+  EXPECT_EQ(pool.free_count(), 8U);
+}
+
+TEST(FramePoolDeathTest, WritingASharedBufferIsABug) {
+  FramePool pool(1, 8);
+  FrameLease lease = pool.acquire();
+  const FrameLease shared = lease;
+  EXPECT_DEATH(lease.writable_bytes(), "CHECK failed");
+}
+
+TEST(PixelFormat, NamesGoBothWays) {
+  for (const auto format : {PixelFormat::mono8, PixelFormat::mono16, PixelFormat::bgr8, PixelFormat::rgb8}) {
+    const auto back = pixel_format_from_string(to_string(format));
+    ASSERT_TRUE(back);
+    EXPECT_EQ(*back, format);
+  }
+  EXPECT_FALSE(pixel_format_from_string("mono9"));
+}
+
+}  // namespace
+}  // namespace roseau
