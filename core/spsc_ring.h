@@ -20,8 +20,8 @@ class SpscRing {
 
   std::size_t capacity() const { return mask_ + 1; }
 
-  /// False when full: `item` is then left untouched, and the caller counts the drop.
-  bool try_push(T&& item) {
+  /// False when full: `item` is then left untouched, and the caller counts the drop. Moved from otherwise.
+  bool try_push(T& item) {
     const std::size_t head = head_.load(std::memory_order_relaxed);
     if (head - cached_tail_ > mask_) {
       cached_tail_ = tail_.load(std::memory_order_acquire);

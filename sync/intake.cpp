@@ -15,7 +15,7 @@ Inlet::Inlet(Intake& intake, bool live, std::size_t capacity) : intake_(intake),
 
 bool Inlet::receive(Sample sample) {
   const StreamId stream = sample.header.stream;
-  while (!ring_.try_push(std::move(sample))) {
+  while (!ring_.try_push(sample)) {
     if (live_ || !wait_for_space()) {
       intake_.counters_.of(stream).dropped.fetch_add(1, std::memory_order_relaxed);
       return false;

@@ -51,8 +51,9 @@ TEST(FramePool, ConcurrentReleaseLosesNoBuffer) {
   for (int t = 0; t < 4; ++t) {
     threads.emplace_back([&pool] {
       for (int i = 0; i < 5000; ++i) {
-        const FrameLease lease = pool.acquire();
-        const FrameLease copy = lease;
+        FrameLease lease = pool.acquire();
+        FrameLease copy = lease;
+        lease = FrameLease{};
       }
     });
   }

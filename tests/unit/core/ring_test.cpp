@@ -11,13 +11,15 @@ namespace {
 
 TEST(SpscRing, FullRingLeavesTheItemWithTheCaller) {
   SpscRing<std::unique_ptr<int>> ring(2);
-  EXPECT_TRUE(ring.try_push(std::make_unique<int>(1)));
-  EXPECT_TRUE(ring.try_push(std::make_unique<int>(2)));
+  auto first = std::make_unique<int>(1);
+  auto second = std::make_unique<int>(2);
   auto third = std::make_unique<int>(3);
-  EXPECT_FALSE(ring.try_push(std::move(third)));
+  EXPECT_TRUE(ring.try_push(first));
+  EXPECT_TRUE(ring.try_push(second));
+  EXPECT_FALSE(ring.try_push(third));
   ASSERT_NE(third, nullptr);
   EXPECT_EQ(**ring.try_pop(), 1);
-  EXPECT_TRUE(ring.try_push(std::move(third)));
+  EXPECT_TRUE(ring.try_push(third));
   EXPECT_EQ(ring.size(), 2U);
 }
 
@@ -26,7 +28,8 @@ TEST(SpscRing, KeepsOrderBetweenThreads) {
   constexpr int kCount = 200000;
   std::jthread producer([&ring] {
     for (int i = 0; i < kCount;) {
-      if (ring.try_push(int{i})) ++i;
+      int item = i;
+      if (ring.try_push(item)) ++i;
     }
   });
   for (int expected = 0; expected < kCount;) {

@@ -50,7 +50,7 @@ class SequencerTest : public ::testing::Test {
   Sequencer make(milliseconds window = milliseconds(40)) {
     return Sequencer(
         {.window = window}, streams_, counters_,
-        [this](const StreamInfo&, StreamTable& streams) -> std::unique_ptr<Decoder> {
+        [](const StreamInfo&, StreamTable& streams) -> std::unique_ptr<Decoder> {
           return std::make_unique<BytePerRecord>(
               streams.add({.topic = "/sonic/wind", .kind = "wind", .role = StreamRole::derived}));
         },
