@@ -37,8 +37,8 @@ struct Sequencer::StreamState {
 /// A heap of samples waiting for the window to pass, earliest on top.
 class Sequencer::Held {
  public:
-  void push(Sample&& sample, HostTime log_time) {
-    items_.push_back({std::move(sample), log_time, next_number_++});
+  void push(Sample&& sample, HostTime log_time, const std::string& topic) {
+    items_.push_back({std::move(sample), log_time, next_number_++, &topic});
     std::ranges::push_heap(items_, later);
   }
   bool empty() const { return items_.empty(); }
@@ -55,13 +55,15 @@ class Sequencer::Held {
     Sample sample;
     HostTime log_time;
     std::uint64_t number = 0;  // order of taking: decides between equals, so that the output is one order only
+    const std::string* topic = nullptr;
   };
   static bool later(const Item& a, const Item& b) {
-    const auto key = [](const Item& item) {
-      const auto& header = item.sample.header;
-      return std::tuple(header.sample_time, header.stream, header.sequence, item.number);
-    };
-    return key(a) > key(b);
+    const auto& ha = a.sample.header;
+    const auto& hb = b.sample.header;
+    if (ha.sample_time != hb.sample_time) return ha.sample_time > hb.sample_time;
+    // By topic, not by stream id: ids follow the order in which device threads came up.
+    if (ha.stream != hb.stream) return *a.topic > *b.topic;
+    return std::tie(ha.sequence, a.number) > std::tie(hb.sequence, b.number);
   }
   std::vector<Item> items_;
   std::uint64_t next_number_ = 0;
@@ -191,7 +193,8 @@ void Sequencer::hold(Sample&& sample) {
     on_ordered_(std::move(sample), log_time_);
     return;
   }
-  held_->push(std::move(sample), log_time_);
+  const std::string& topic = state_of(sample.header.stream).info->topic;
+  held_->push(std::move(sample), log_time_, topic);
 }
 
 void Sequencer::release_until(HostTime limit) {

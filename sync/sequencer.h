@@ -30,7 +30,7 @@ class Sequencer {
 
   /// Every input, numbered: `log_time` is its arrival time made strictly increasing. Raw, before any decoding.
   using InputTap = std::function<void(const Sample& input, HostTime log_time)>;
-  /// Every sample in order of (sample time, stream, sequence). Late ones come at once, flagged kStatusLate.
+  /// Every sample in order of (sample time, topic, sequence). Late ones come at once, flagged kStatusLate.
   /// `log_time` is that of the input it came from.
   using OrderedOutput = std::function<void(Sample&& sample, HostTime log_time)>;
   /// A decoder for a stream of raw bytes, made at its first sample; none when nobody can decode it.

@@ -1,0 +1,103 @@
+#include "daemon/pipeline.h"
+
+#include <thread>
+
+namespace roseau::daemon {
+
+namespace {
+constexpr std::size_t kOperatorRing = 64;
+// Cameras of a stereo pair expose within this of each other: a skipped frame takes its partner with it.
+constexpr Duration kPairTolerance = std::chrono::milliseconds(8);
+}  // namespace
+
+Pipeline::Pipeline(Options options, StreamTable& streams, sync::Sequencer::DecoderFactory make_decoder,
+                   std::vector<Analysis::Tracker> trackers, std::unique_ptr<Stage> estimation, Hooks hooks)
+    : options_(std::move(options)),
+      streams_(streams),
+      hooks_(std::move(hooks)),
+      intake_(counters_),
+      supervisor_(options_.supervisor, streams, intake_),
+      analysis_(streams, std::move(trackers), std::move(estimation),
+                [this](const Sample& sample, HostTime log_time) {
+                  const bool bulky = sample.kind() == SampleKind::frame || sample.kind() == SampleKind::raw_bytes;
+                  if (!bulky && hooks_.analysed) hooks_.analysed(sample, log_time);
+                }),
+      sequencer_(
+          options_.sequencer, streams, counters_, std::move(make_decoder),
+          [this](const Sample& sample, HostTime log_time) {
+            position_ns_.store(to_ns(log_time), std::memory_order_relaxed);
+            if (hooks_.input) hooks_.input(sample, log_time);
+          },
+          [this](Sample&& sample, HostTime log_time) { on_ordered(std::move(sample), log_time); }),
+      operator_stream_(streams.add({.topic = "/roseau/operator", .kind = "operator_action"})),
+      skip_stream_(streams.add({.topic = "/roseau/skips", .kind = "skip"})) {
+  operator_inlet_ = &intake_.add_inlet(true, kOperatorRing);
+}
+
+Pipeline::~Pipeline() {
+  intake_.close();
+  supervisor_.stop();
+}
+
+void Pipeline::add_source(std::unique_ptr<SampleSource> source) { supervisor_.add(std::move(source), options_.ring_capacity); }
+
+void Pipeline::act(OperatorAction action, HostTime now) {
+  const std::scoped_lock lock(operator_mutex_);  // an inlet has one producer: pages and signals share it
+  Sample sample;
+  sample.header = {.stream = operator_stream_, .sequence = actions_++, .arrival_time = now, .sample_time = now};
+  sample.payload = std::move(action);
+  operator_inlet_->receive(std::move(sample));
+}
+
+void Pipeline::take(Sample sample) {
+  sequencer_.take(std::move(sample));
+  for (auto& skip : std::exchange(new_skips_, {})) sequencer_.take(std::move(skip));
+}
+
+bool Pipeline::is_skipped(const Sample& frame) {
+  if (options_.recorded_skips.contains({frame.header.stream, frame.header.sequence})) return true;
+  if (options_.skip_after_frames == 0) return false;
+  const std::string& device = streams_.info(frame.header.stream).device;
+  const bool partner_skipped = frame.header.sample_time - last_skipped_ < kPairTolerance;
+  if (!partner_skipped && analysis_.frames_waiting(device) < options_.skip_after_frames) return false;
+  last_skipped_ = frame.header.sample_time;
+  Sample skip;
+  skip.header = frame.header;
+  skip.header.stream = skip_stream_;
+  skip.header.sequence = skips_++;
+  skip.header.arrival_time = position();
+  skip.payload = Skip{.stream = frame.header.stream, .sequence = frame.header.sequence};
+  new_skips_.push_back(std::move(skip));
+  counters_.of(frame.header.stream).dropped.fetch_add(1, std::memory_order_relaxed);
+  return true;
+}
+
+void Pipeline::on_ordered(Sample&& sample, HostTime log_time) {
+  if (sample.kind() == SampleKind::frame) {
+    if (hooks_.frame) hooks_.frame(sample, log_time);
+    if (is_skipped(sample)) return;
+  }
+  analysis_.submit(std::move(sample), log_time);
+}
+
+void Pipeline::run(const std::stop_token& stop) {
+  supervisor_.start();
+  bool operator_open = true;
+  intake_.run(
+      stop, [this](Sample sample) { take(std::move(sample)); },
+      [this, &operator_open] {
+        // The operator's inlet has no end of its own: it ends with the last source.
+        if (operator_open && supervisor_.all_finished()) {
+          operator_open = false;
+          operator_inlet_->finish();
+        }
+      });
+  intake_.close();
+  supervisor_.stop();
+  sequencer_.flush();
+  for (auto& skip : std::exchange(new_skips_, {})) sequencer_.take(std::move(skip));
+  sequencer_.flush();
+  analysis_.finish();
+}
+
+}  // namespace roseau::daemon
