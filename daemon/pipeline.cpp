@@ -55,11 +55,11 @@ void Pipeline::take(Sample sample) {
 }
 
 bool Pipeline::is_skipped(const Sample& frame) {
-  if (options_.recorded_skips.contains({frame.header.stream, frame.header.sequence})) return true;
+  const StreamInfo& stream = streams_.info(frame.header.stream);
+  if (options_.recorded_skips.contains({stream.topic, frame.header.sequence})) return true;
   if (options_.skip_after_frames == 0) return false;
-  const std::string& device = streams_.info(frame.header.stream).device;
   const bool partner_skipped = frame.header.sample_time - last_skipped_ < kPairTolerance;
-  if (!partner_skipped && analysis_.frames_waiting(device) < options_.skip_after_frames) return false;
+  if (!partner_skipped && analysis_.frames_waiting(stream.device) < options_.skip_after_frames) return false;
   last_skipped_ = frame.header.sample_time;
   Sample skip;
   skip.header = frame.header;

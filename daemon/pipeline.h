@@ -33,8 +33,8 @@ class Pipeline {
     /// Live: a camera with this many frames waiting for its tracker has further ones skipped, together with the frames the
     /// other cameras took at the same time. 0 = never skip: wait.
     std::size_t skip_after_frames = 6;
-    /// Replay: the frames skipped when this was recorded (stream, sequence): skipped again.
-    std::set<std::pair<StreamId, std::uint32_t>> recorded_skips;
+    /// Replay: the frames skipped when this was recorded (topic, sequence): skipped again.
+    std::set<std::pair<std::string, std::uint32_t>> recorded_skips;
   };
 
   /// All optional. They must not block for long: they run in the threads that they report on.

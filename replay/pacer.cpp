@@ -6,7 +6,12 @@
 namespace roseau::replay {
 
 Pacer::Pacer(HostTime begin, HostTime end, double speed, Clock now)
-    : begin_(begin), end_(end), now_(std::move(now)), anchor_session_(begin), anchor_host_(now_()), position_(begin),
+    : begin_(begin),
+      end_(end),
+      now_(std::move(now)),
+      anchor_session_(begin),
+      anchor_host_(now_()),
+      position_(begin),
       speed_(speed) {}
 
 void Pacer::anchor_here() {

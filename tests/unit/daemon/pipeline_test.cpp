@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <map>
 #include <thread>
 
 namespace roseau::daemon {
@@ -102,8 +104,6 @@ Outcome run(Pipeline::Options options, int frames, bool live, milliseconds pause
       outcome.analysed.emplace_back(streams.info(sample.header.stream).topic, sample.header.sequence);
     }
   };
-  // Recorded skips name streams by id: the recording's streams exist before its skips are read.
-  TwoCameras(0, false).open(streams);
   Pipeline pipeline(
       std::move(options), streams, [](const StreamInfo&, StreamTable&) { return nullptr; }, std::move(trackers),
       std::make_unique<Silent>(), std::move(hooks));
@@ -134,7 +134,7 @@ TEST(Pipeline, LiveSkipsStereoPairsWholeAndSaysSoAsInputs) {
 
 TEST(Pipeline, ReplayObeysRecordedSkips) {
   Pipeline::Options options{.ring_capacity = 8, .skip_after_frames = 0};
-  options.recorded_skips = {{0, 3}, {1, 3}, {1, 7}};
+  options.recorded_skips = {{"/camera0/image", 3}, {"/camera1/image", 3}, {"/camera1/image", 7}};
   const auto outcome = run(options, 10, false, milliseconds(0));
   EXPECT_EQ(outcome.analysed.size(), 17U);
   EXPECT_EQ(std::ranges::count(outcome.analysed, std::pair<std::string, std::uint32_t>("/camera1/target/a/displacement", 7U)),
