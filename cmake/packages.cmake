@@ -10,3 +10,7 @@ find_package(Eigen3 REQUIRED NO_MODULE)
 find_package(GTest REQUIRED)
 find_package(Protobuf REQUIRED)  # protoc for schema/; libprotobuf for its tests only
 pkg_check_modules(SERIALPORT REQUIRED IMPORTED_TARGET libserialport)
+find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc)
+find_package(Boost 1.74 REQUIRED)
+find_package(nlohmann_json REQUIRED)
+pkg_check_modules(TURBOJPEG REQUIRED IMPORTED_TARGET libturbojpeg)
