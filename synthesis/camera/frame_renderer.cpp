@@ -15,7 +15,7 @@ namespace roseau::synthesis {
 namespace {
 
 constexpr double kTextureOversampling = 2;  // texture pixels per picture pixel: bilinear reading is then exact enough
-constexpr double kLensBlurPx = 0.6;         // standard deviation, picture pixels: what a good lens and the pixel's area do
+constexpr double kLensBlurPx = 0.8;         // standard deviation, picture pixels: what a good lens and the pixel's area do
 constexpr double kReachFactor = 9;          // deflections up to three times the mean wind speed
 
 // Layers are drawn as finely as the camera sees their plane.
