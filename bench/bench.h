@@ -1,0 +1,23 @@
+// roseau-bench: one case per figure we promise. A case measures, and returns one flat object of figures named with their unit;
+// a figure that has a floor or a reference carries it beside ("floor_...", "reference_...").
+#pragma once
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "core/result.h"
+
+namespace roseau::bench {
+
+struct Case {
+  std::string name;
+  std::string what;  // one line for the list of cases
+  std::function<Result<nlohmann::ordered_json>()> run;
+};
+
+/// Each folder's cases register themselves here; main.cpp calls every one of these.
+void add_estimation_cases(std::vector<Case>& cases);
+
+}  // namespace roseau::bench

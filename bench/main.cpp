@@ -1,0 +1,54 @@
+// roseau-bench CASE [--json]
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "bench/bench.h"
+
+namespace {
+
+void print_for_people(const nlohmann::ordered_json& figures) {
+  for (const auto& [name, value] : figures.items()) std::printf("%-48s %s\n", name.c_str(), value.dump().c_str());
+}
+
+void list(const std::vector<roseau::bench::Case>& cases) {
+  std::fprintf(stderr, "usage: roseau-bench CASE [--json]\ncases:\n");
+  for (const auto& one : cases) std::fprintf(stderr, "  %-12s %s\n", one.name.c_str(), one.what.c_str());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::vector<roseau::bench::Case> cases;
+  roseau::bench::add_estimation_cases(cases);
+
+  std::string wanted;
+  bool json = false;
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    if (argument == "--json") {
+      json = true;
+    } else if (wanted.empty() && !argument.starts_with("-")) {
+      wanted = argument;
+    } else {
+      list(cases);
+      return 2;
+    }
+  }
+  for (const auto& one : cases) {
+    if (one.name != wanted) continue;
+    auto figures = one.run();
+    if (!figures) {
+      std::fprintf(stderr, "roseau-bench %s: %s\n", wanted.c_str(), figures.error().message.c_str());
+      return 1;
+    }
+    if (json) {
+      std::printf("%s\n", figures->dump().c_str());
+    } else {
+      print_for_people(*figures);
+    }
+    return 0;
+  }
+  list(cases);
+  return 2;
+}
