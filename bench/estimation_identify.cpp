@@ -80,7 +80,8 @@ Record tree(std::uint64_t seed, double damping_ratio) {
   Record record;
   record.sample_period_s = 1.0 / 6;
   record.w0_rad_s = 2 * pi * 89 / (kSamples * record.sample_period_s);
-  record.gamma_per_s = damping_ratio > 0 ? 2 * damping_ratio * record.w0_rad_s : 2 * pi * 14 / (kSamples * record.sample_period_s);
+  record.gamma_per_s =
+      damping_ratio > 0 ? 2 * damping_ratio * record.w0_rad_s : 2 * pi * 14 / (kSamples * record.sample_period_s);
   GaussianSource random(seed);
   const double fine_period_s = record.sample_period_s / kOversampling;
   auto force = testing::von_karman_wind(random, (kSamples + kRunUp) * kOversampling, fine_period_s);

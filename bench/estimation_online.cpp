@@ -1,11 +1,10 @@
-// online: wind from a swaying target on line, 27 targets and cameras (f0 x damping x camera), force k V|V| of a von Karman wind of
-// 4 m/s, mean deflection 10 px. Identified from the first 120 s, scored on the next 480 s: estimate and truth go through the same
-// zero-phase filter, so a figure says how good the estimate is in that band at that lag. Beside them a lag of 20 s, which is as
-// good as a batch smoother gets: the floor.
+// online: wind from a swaying target on line, 27 targets and cameras (f0 x damping x camera), force k V|V| of a von Karman wind
+// of 4 m/s, mean deflection 10 px. Identified from the first 120 s, scored on the next 480 s: estimate and truth go through the
+// same zero-phase filter, so a figure says how good the estimate is in that band at that lag. Beside them a lag of 20 s, which
+// is as good as a batch smoother gets: the floor.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -20,12 +19,10 @@ namespace roseau::bench {
 
 namespace {
 
-using std::numbers::pi;
-
 constexpr int kSeeds = 4;
 constexpr double kIdentified_s = 120;
 constexpr double kTested_s = 480;
-constexpr double kEdge_s = 15;      // the filter's start and the band filter's ends are not scored
+constexpr double kEdge_s = 15;  // the filter's start and the band filter's ends are not scored
 constexpr double kBatchLag_s = 20;
 constexpr double kLags_s[] = {0, 0.1, 0.25, 0.5, 1, 2, kBatchLag_s};
 constexpr double kBands_hz[] = {0.3, 1};
@@ -105,7 +102,8 @@ Score score(const std::vector<double>& estimate, std::span<const double> truth, 
 std::string lag_name(double lag_s) {
   if (lag_s == kBatchLag_s) return "batch";
   const auto hundredths = static_cast<int>(std::lround(lag_s * 100));
-  return "lag_" + std::to_string(hundredths / 100) + "p" + (hundredths % 100 < 10 ? "0" : "") + std::to_string(hundredths % 100);
+  return "lag_" + std::to_string(hundredths / 100) + "p" + (hundredths % 100 < 10 ? "0" : "") +
+         std::to_string(hundredths % 100);
 }
 
 class Grid {

@@ -9,7 +9,7 @@ namespace roseau::estimation {
 namespace {
 
 bool is_fast(std::size_t n) {
-  for (const std::size_t factor : {2, 3, 5, 7}) {
+  for (const std::size_t factor : {2U, 3U, 5U, 7U}) {
     while (n % factor == 0) n /= factor;
   }
   return n == 1;

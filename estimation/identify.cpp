@@ -15,10 +15,10 @@ namespace {
 using std::numbers::pi;
 
 constexpr int kOversampling = 4;
-constexpr int kHalfWidthBins = 6;        // beyond it a sine taper's spectral window is below 1e-4 of its peak
-constexpr std::size_t kFewestBins = 8;   // to tell five parameters apart at all
+constexpr int kHalfWidthBins = 6;       // beyond it a sine taper's spectral window is below 1e-4 of its peak
+constexpr std::size_t kFewestBins = 8;  // to tell five parameters apart at all
 constexpr double kForbidden = 1e12;
-constexpr double kFloorLogSd = 2;        // of the weak prior that ties the floor to the spectrum's upper end
+constexpr double kFloorLogSd = 1;  // of the weak prior that ties the floor to the spectrum's upper end
 
 struct Band {
   std::size_t first = 0;
@@ -41,7 +41,7 @@ class WhittleLikelihood {
  public:
   WhittleLikelihood(const Spectrum& spectrum, double unit_power, double resonance_hz, std::size_t decimation,
                     const IdentifyOptions& options)
-      : options_(options), band_(fit_band(spectrum, resonance_hz, options)), resonance_hz_(resonance_hz) {
+      : options_(options), band_(fit_band(spectrum, resonance_hz, options)) {
     window_ = taper_window(spectrum.samples, kHalfWidthBins, kOversampling);
     for (std::size_t bin = band_.first; bin <= band_.last; ++bin) power_.push_back(spectrum.power[bin] / unit_power);
     const auto reach = static_cast<std::size_t>(kHalfWidthBins);
@@ -131,7 +131,6 @@ class WhittleLikelihood {
 
   const IdentifyOptions& options_;
   Band band_;
-  double resonance_hz_;
   std::vector<double> window_;
   std::vector<double> power_;
   std::vector<double> squared_ratio_;
@@ -178,10 +177,17 @@ Decimated decimated_spectrum(std::span<const double> series, double sample_perio
   return result;
 }
 
+double square_mean(std::span<const double> series) {
+  double sum = 0;
+  for (const double value : series) sum += value * value;
+  return sum / static_cast<double>(series.size());
+}
+
 Result<void> check_series(std::span<const double> series, double sample_period_s, const IdentifyOptions& options) {
   if (!(sample_period_s > 0)) return Error{ErrorCode::invalid_argument, "identification needs a positive sample period"};
   if (!std::ranges::all_of(series, [](double value) { return std::isfinite(value); })) {
-    return Error{ErrorCode::invalid_argument, "the displacement series holds values that are not finite: fill or cut them first"};
+    return Error{ErrorCode::invalid_argument,
+                 "the displacement series holds values that are not finite: fill or cut them first"};
   }
   const double duration_s = static_cast<double>(series.size()) * sample_period_s;
   const double periods = duration_s * options.min_frequency_hz;
@@ -252,12 +258,13 @@ Result<OscillatorFit> identify(std::span<const double> series, double sample_per
   const auto factor = static_cast<std::size_t>(std::max(1.0, std::round(1 / (sample_period_s * rate_hz))));
   if (factor != slow.factor) slow = decimated_spectrum(series, sample_period_s, rate_hz);
   if (resonance_hz <= 0 || slow.spectrum.power.empty() || fit_band(slow.spectrum, resonance_hz, options).size() < kFewestBins) {
-    return Error{ErrorCode::invalid_argument,
-                 fmt::format("a record of {:.1f} s has too few spectral lines between {} and {} Hz: record longer or widen the band",
-                             static_cast<double>(series.size()) * sample_period_s, options.min_frequency_hz,
-                             options.max_frequency_hz)};
+    return Error{
+        ErrorCode::invalid_argument,
+        fmt::format("a record of {:.1f} s has too few spectral lines between {} and {} Hz: record longer or widen the band",
+                    static_cast<double>(series.size()) * sample_period_s, options.min_frequency_hz, options.max_frequency_hz)};
   }
-  if (!(slow.variance > 0)) return Error{ErrorCode::invalid_argument, "the displacement series does not move"};
+  if (!(slow.variance > 1e-24 * square_mean(series)))
+    return Error{ErrorCode::invalid_argument, "the displacement series does not move"};
 
   WhittleLikelihood likelihood(slow.spectrum, slow.variance, resonance_hz, slow.factor, options);
   double cost = 0;
@@ -282,7 +289,7 @@ Result<OscillatorFit> identify(std::span<const double> series, double sample_per
   result.force_density = 2 * slow.spectrum.sample_period_s * slow.variance * force * std::pow(resonance_rad, 4);
   const double peak = force / (relative_gamma * relative_gamma * relative_frequency * relative_frequency);
   result.peak_to_floor = peak / floor;
-  result.resonance_gain = cost_without_resonance(likelihood) - cost;
+  result.resonance_gain = (cost_without_resonance(likelihood) - cost) / kTaperCount;
   result.accepted = result.peak_to_floor > options.gate && result.resonance_gain > options.resonance_gain;
   result.spectrum = std::move(slow.spectrum);
   return result;

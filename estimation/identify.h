@@ -24,15 +24,15 @@ struct DampingPrior {
 struct IdentifyOptions {
   double min_frequency_hz = 0.3;  // where the resonance is looked for
   double max_frequency_hz = 4;
-  double fit_low = 0.35;          // the fit uses the lines from fit_low to fit_high times the resonance found first
+  double fit_low = 0.35;  // the fit uses the lines from fit_low to fit_high times the resonance found first
   double fit_high = 3;
-  double force_slope = 5.0 / 3;   // p: 5/3 wind, 0 free or boats
-  double force_slope_sd = 0.3;    // how far p may wander from it; 0 holds it
+  double force_slope = 5.0 / 3;  // p: 5/3 wind, 0 free or boats
+  double force_slope_sd = 0.3;   // how far p may wander from it; 0 holds it
   std::optional<DampingPrior> damping_prior;
-  double gate = 3;                // accepted when the resonance stands this far (power) above the white floor
-  double resonance_gain = 10;     // and when the likelihood gained by having a resonance at all (against a power law and a
-                                  // floor) is at least this, in natural-log units: drift alone has none
-  double min_rate_hz = 12.5;      // decimated to the larger of this and rate_per_frequency times the resonance
+  double gate = 3;             // accepted when the resonance stands this far (power) above the white floor
+  double resonance_gain = 12;  // and when a resonance explains the spectrum better than a power law and a floor by this
+                               // much log-likelihood: drift and gusts on a stiff target (200 records each) reach 11
+  double min_rate_hz = 12.5;   // decimated to the larger of this and rate_per_frequency times the resonance
   double rate_per_frequency = 8;
 };
 
@@ -46,10 +46,10 @@ struct OscillatorFit {
   double force_slope = 0;              // p
   double force_density = 0;            // one-sided, at the natural frequency, (unit/s^2)^2/Hz
   double peak_to_floor = 0;            // the gate's quantity
-  double resonance_gain = 0;           // log-likelihood over the model without a resonance
+  double resonance_gain = 0;           // log-likelihood over the model without a resonance, each line counted once
   double duration_s = 0;
   bool accepted = false;
-  Spectrum spectrum;                   // what was fitted, at the decimated rate
+  Spectrum spectrum;  // what was fitted, at the decimated rate
   std::size_t decimation = 1;
 
   /// Fitted one-sided density at a frequency, floor included, before the tapers smear it: unit^2/Hz.

@@ -20,20 +20,20 @@ struct LatentForceModel {
   double natural_frequency_hz = 1;
   double damping_ratio = 0.05;
   double sample_period_s = 1.0 / 30;
-  double noise_sd = 0.1;           // of one displacement sample, white
-  double static_sd = 1;            // spread of the static displacement about its mean, unit of the displacement
+  double noise_sd = 0.1;  // of one displacement sample, white
+  double static_sd = 1;   // spread of the static displacement about its mean, unit of the displacement
   double static_mean = 0;
-  double correlation_time_s = 8;   // tau
+  double correlation_time_s = 8;  // tau
 };
 
 /// Steady-state gains of a model, independent of the data. Pure.
 struct LatentForceGains {
-  Eigen::Matrix3d transition;                   // of (x, x'/w0, u) about the mean over one sample period
-  Eigen::Vector3d gain;                         // K = P H' / S
-  Eigen::Matrix3d predicted_covariance;         // P, of the state before its sample is seen
-  double innovation_variance = 0;               // S
-  std::vector<double> smoother_coefficients;    // c_j: u^(k|k+L) = u^(k|k-1) + sum_j c_j e(k+j), j = 0..L
-  double smoothed_variance = 0;                 // of u at that lag: P_uu - S sum c_j^2
+  Eigen::Matrix3d transition;                 // of (x, x'/w0, u) about the mean over one sample period
+  Eigen::Vector3d gain;                       // K = P H' / S
+  Eigen::Matrix3d predicted_covariance;       // P, of the state before its sample is seen
+  double innovation_variance = 0;             // S
+  std::vector<double> smoother_coefficients;  // c_j: u^(k|k+L) = u^(k|k-1) + sum_j c_j e(k+j), j = 0..L
+  double smoothed_variance = 0;               // of u at that lag: P_uu - S sum c_j^2
 };
 
 LatentForceGains solve_gains(const LatentForceModel& model, std::size_t lag_samples);

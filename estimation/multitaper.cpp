@@ -51,7 +51,7 @@ std::vector<double> taper_window(std::size_t samples, int half_width_bins, int o
   const auto n = static_cast<double>(samples);
   const int reach = half_width_bins * oversampling;
   std::vector<double> window;
-  window.reserve(static_cast<std::size_t>(2 * reach + 1));
+  window.reserve(2 * static_cast<std::size_t>(reach) + 1);
   for (int offset = -reach; offset <= reach; ++offset) {
     const double w = 2 * pi * offset / (n * oversampling);
     double power = 0;

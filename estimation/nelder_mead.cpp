@@ -58,9 +58,7 @@ SimplexResult minimise_simplex(const std::function<double(std::span<const double
     simplex.push_back(evaluate(std::move(at)));
   }
   // Stable, so that equal values keep their order and the path is reproducible.
-  const auto sort = [&] {
-    std::ranges::stable_sort(simplex, {}, &Corner::value);
-  };
+  const auto sort = [&] { std::ranges::stable_sort(simplex, {}, &Corner::value); };
   sort();
 
   while (result.evaluations < options.max_evaluations) {

@@ -21,7 +21,8 @@ struct SimplexResult {
   bool converged = false;
 };
 
-/// `steps[i]` is how far the first simplex reaches along parameter i. A function may return a huge finite value to forbid a place.
+/// `steps[i]` is how far the first simplex reaches along parameter i. A function may return a huge finite value to forbid a
+/// place.
 SimplexResult minimise_simplex(const std::function<double(std::span<const double>)>& function, std::span<const double> start,
                                std::span<const double> steps, const SimplexOptions& options = {});
 

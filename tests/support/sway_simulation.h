@@ -53,15 +53,15 @@ struct SwayOptions {
   double duration_s = 120;
   double mean_deflection_px = 10;  // under the mean wind
   double rest_offset_px = 0;
-  double drag_exponent = 2;        // force = k |V|^n sign V
+  double drag_exponent = 2;  // force = k |V|^n sign V
   WindOptions wind;
 };
 
 struct Sway {
   std::vector<double> wind_mps;
   std::vector<double> displacement_px;
-  std::vector<double> force;     // px / s^2, without the rest offset
-  double force_per_drag = 0;     // k: px / s^2 per (m/s)^n
+  std::vector<double> force;  // px / s^2, without the rest offset
+  double force_per_drag = 0;  // k: px / s^2 per (m/s)^n
   double sample_period_s = 0;
 };
 
