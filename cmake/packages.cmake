@@ -7,7 +7,6 @@ find_package(spdlog REQUIRED)
 find_package(fmt REQUIRED)
 find_package(tomlplusplus REQUIRED)
 find_package(Eigen3 REQUIRED NO_MODULE)
-find_package(nlohmann_json REQUIRED)
 find_package(GTest REQUIRED)
 find_package(Protobuf REQUIRED)  # protoc for schema/; libprotobuf for its tests only
 pkg_check_modules(SERIALPORT REQUIRED IMPORTED_TARGET libserialport)
