@@ -10,7 +10,8 @@ namespace roseau {
 struct DecoderCounters {
   std::uint64_t records = 0;        // good records handed on
   std::uint64_t bad_records = 0;    // recognised but wrong: checksum, field, range
-  std::uint64_t skipped_bytes = 0;  // belonged to no record
+  std::uint64_t skipped_bytes = 0;  // belonged to no good record
+  std::uint64_t text_lines = 0;     // lines of text that are no records: power-up banner, echo of commands
 };
 
 class Decoder {
