@@ -45,3 +45,8 @@ if(ROSEAU_SANITIZE)
   add_compile_options(-fsanitize=${ROSEAU_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${ROSEAU_SANITIZE})
 endif()
+
+if(ROSEAU_FUZZ)
+  # Coverage in every library, so that the fuzzer sees where its input leads; the fuzzers themselves link its main.
+  add_compile_options(-fsanitize=fuzzer-no-link)
+endif()
