@@ -31,6 +31,11 @@ CameraCalibration calibration_of(const CameraScene& camera) {
                  camera.look_at_in_world_m);
 }
 
+Vec3 target_centre_in_world(const Scene& scene) {
+  const PlaneWindow window = branch_target_window(scene.branch.root_in_world_m, scene.branch.length_m);
+  return {(window.left_m + window.right_m) / 2, scene.branch.root_in_world_m.y, (window.bottom_m + window.top_m) / 2};
+}
+
 ImageRect target_region(const Scene& scene, const CameraScene& camera, double deflection_m) {
   const CameraCalibration calibration = calibration_of(camera);
   const PlaneWindow window = branch_target_window(scene.branch.root_in_world_m, scene.branch.length_m);
@@ -48,8 +53,7 @@ ImageRect target_region(const Scene& scene, const CameraScene& camera, double de
 
 Vec2 target_displacement_px(const Scene& scene, const CameraScene& camera, double deflection_m) {
   const CameraCalibration calibration = calibration_of(camera);
-  const PlaneWindow window = branch_target_window(scene.branch.root_in_world_m, scene.branch.length_m);
-  const Vec3 centre{(window.left_m + window.right_m) / 2, scene.branch.root_in_world_m.y, (window.bottom_m + window.top_m) / 2};
+  const Vec3 centre = target_centre_in_world(scene);
   const Vec2 rest = project(calibration, centre);
   const Vec2 now = project(calibration, {centre.x + deflection_m, centre.y, centre.z});
   return {now.x - rest.x, now.y - rest.y};

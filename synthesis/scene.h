@@ -60,8 +60,8 @@ struct SonicScene {
   double noise_mps = 0.02;      // standard deviation per component
   double air_temperature_celsius = 15;
   double temperature_noise_celsius = 0.02;
-  double split_probability = 0.15;  // that a record arrives in two pieces
-  DeviceTiming timing{.latency_s = 0.004, .jitter_s = 0.0005};
+  double split_probability = 0.15;                             // that a record arrives in two pieces
+  DeviceTiming timing{.latency_s = 0.05, .jitter_s = 0.0005};  // 0.05: one period of its internal sampling, as the real one
 };
 
 struct TruthScene {
@@ -93,7 +93,10 @@ Result<Scene> scene_from_toml(std::string_view text, const std::string& source_n
 /// The camera's calibration as it would come out of a perfect calibration.
 CameraCalibration calibration_of(const CameraScene& camera);
 
-/// Where the branch's leafy top, the target, is in this camera's picture (ImageRect's pixels) at a deflection.
+/// The middle of the branch's leafy top, the target, at rest.
+Vec3 target_centre_in_world(const Scene& scene);
+
+/// Where the target is in this camera's picture (ImageRect's pixels) at a deflection.
 ImageRect target_region(const Scene& scene, const CameraScene& camera, double deflection_m);
 
 /// Motion of the target in this camera's picture, relative to rest.

@@ -1,0 +1,140 @@
+#include "synthesis/simulated_rig.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "synthesis/rig/simulated_camera.h"
+#include "synthesis/rig/simulated_sonic.h"
+#include "synthesis/rig/simulated_truth.h"
+#include "synthesis/rig/world.h"
+
+namespace roseau::synthesis {
+
+namespace {
+
+constexpr Duration kPatience = std::chrono::milliseconds(500);  // how long a camera keeps frames for a reader that stalls
+constexpr Duration kBufferWait = std::chrono::milliseconds(1);  // between two looks for a free frame buffer
+
+using Devices = std::vector<std::unique_ptr<SimulatedDevice>>;
+
+Devices make_devices(const std::shared_ptr<const World>& world) {
+  Devices devices;
+  for (std::size_t i = 0; i < world->scene.cameras.size(); ++i) devices.push_back(std::make_unique<SimulatedCamera>(world, i));
+  devices.push_back(std::make_unique<SimulatedSonic>(world));
+  if (world->scene.truth.enabled) devices.push_back(std::make_unique<SimulatedTruth>(world));
+  return devices;
+}
+
+// One device in real time.
+class LiveSource final : public SampleSource {
+ public:
+  LiveSource(std::unique_ptr<SimulatedDevice> device, HostTime start, Pacing pacing)
+      : device_(std::move(device)), start_(start), pacing_(std::move(pacing)) {
+    if (!pacing_.wait) pacing_.wait = [](Duration duration) { std::this_thread::sleep_for(duration); };
+  }
+
+  const std::string& name() const override { return device_->name(); }
+  bool is_live() const override { return true; }
+
+  Result<void> open(StreamTable& streams) override {
+    device_->declare(streams);
+    device_->lose_before(pacing_.now() - start_);
+    return {};
+  }
+
+  Result<ReadStatus> read(SampleSink& sink, std::chrono::milliseconds timeout) override {
+    Duration now = pacing_.now() - start_;
+    if (now - device_->next().complete > kPatience) device_->lose_before(now);
+    if (const Duration left = device_->next().complete - now; left > Duration{0}) {
+      pacing_.wait(std::min<Duration>(left, timeout));
+      now = pacing_.now() - start_;
+      if (device_->next().complete > now) return ReadStatus::idle;
+    }
+    if (!device_->produce(start_, sink)) device_->lose_next();
+    return ReadStatus::more;
+  }
+
+  void close() override {}
+
+ private:
+  std::unique_ptr<SimulatedDevice> device_;
+  HostTime start_;
+  Pacing pacing_;
+};
+
+// Some devices in simulated time, in order of arrival, up to `end`.
+class SimulatedSource final : public SampleSource {
+ public:
+  SimulatedSource(std::string name, Devices devices, Duration end)
+      : name_(std::move(name)), devices_(std::move(devices)), end_(end) {}
+
+  const std::string& name() const override { return name_; }
+  bool is_live() const override { return false; }
+
+  Result<void> open(StreamTable& streams) override {
+    for (const auto& device : devices_) device->declare(streams);
+    return {};
+  }
+
+  Result<ReadStatus> read(SampleSink& sink, std::chrono::milliseconds timeout) override {
+    const auto next = std::ranges::min_element(devices_, {}, [](const auto& device) { return device->next().arrival; });
+    if ((*next)->next().arrival >= end_) return ReadStatus::finished;
+    if ((*next)->produce(SimulatedRig::kSimulatedStart, sink)) return ReadStatus::more;
+    // The consumer holds all frame buffers: it gets the time to let go of some.
+    std::this_thread::sleep_for(std::min<Duration>(kBufferWait, timeout));
+    return ReadStatus::idle;
+  }
+
+  void close() override {}
+
+ private:
+  std::string name_;
+  Devices devices_;
+  Duration end_;
+};
+
+}  // namespace
+
+SimulatedRig::SimulatedRig(const Scene& scene) : world_(std::make_shared<World>(scene)) {}
+
+std::vector<std::unique_ptr<SampleSource>> SimulatedRig::live_sources(const Pacing& pacing) const {
+  Devices devices = make_devices(world_);  // takes a second or so: the scene starts when all is ready
+  const HostTime start = pacing.now();
+  std::vector<std::unique_ptr<SampleSource>> sources;
+  for (auto& device : devices) sources.push_back(std::make_unique<LiveSource>(std::move(device), start, pacing));
+  return sources;
+}
+
+std::vector<std::unique_ptr<SampleSource>> SimulatedRig::sources(double seconds) const {
+  std::vector<std::unique_ptr<SampleSource>> sources;
+  for (auto& device : make_devices(world_)) {
+    std::string name = device->name();
+    Devices alone;
+    alone.push_back(std::move(device));
+    sources.push_back(std::make_unique<SimulatedSource>(std::move(name), std::move(alone), from_seconds(seconds)));
+  }
+  return sources;
+}
+
+std::unique_ptr<SampleSource> SimulatedRig::merged_source(double seconds) const {
+  return std::make_unique<SimulatedSource>("rig", make_devices(world_), from_seconds(seconds));
+}
+
+Result<void> simulate(const Scene& scene, double seconds, StreamTable& streams, SampleSink& sink) {
+  if (auto checked = check(scene); !checked) return checked;
+  const auto source = SimulatedRig(scene).merged_source(seconds);
+  if (auto opened = source->open(streams); !opened) return opened;
+  while (true) {
+    const auto status = source->read(sink, std::chrono::milliseconds(100));
+    if (!status) return status.error();
+    if (*status == ReadStatus::finished) break;
+  }
+  sink.flush();
+  source->close();
+  return {};
+}
+
+}  // namespace roseau::synthesis

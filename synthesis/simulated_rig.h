@@ -1,0 +1,51 @@
+// SimulatedRig: a scene's devices as SampleSources: two cameras, a sonic, and the truth.
+//
+// Live: one source per device, each keeping real time against the caller's clock, as real devices do. Otherwise as fast as
+// the consumer, in the scene's own time, where the same scene gives the same samples, byte for byte.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "core/source.h"
+#include "synthesis/scene.h"
+
+namespace roseau::synthesis {
+
+struct World;
+
+/// How a live source sees real time. No clock is read in synthesis itself.
+struct Pacing {
+  std::function<HostTime()> now;
+  std::function<void(Duration)> wait;  // sleeps that long; std::this_thread::sleep_for where it is empty
+};
+
+class SimulatedRig {
+ public:
+  /// When simulated time begins.
+  static constexpr HostTime kSimulatedStart = host_time_from_ns(1'000'000'000);
+
+  /// check(scene) must have passed.
+  explicit SimulatedRig(const Scene& scene);
+
+  /// "camera0", "camera1", "sonic", "truth": never ending; the scene starts now. A camera whose reader falls behind by more
+  /// than half a second, or finds no free buffer, loses frames, as a real one does; the gap shows in their sequence. A source
+  /// that is closed and opened again goes on where the scene then is.
+  std::vector<std::unique_ptr<SampleSource>> live_sources(const Pacing& pacing) const;
+
+  /// The same devices, `seconds` of the scene each, as fast as they are read.
+  std::vector<std::unique_ptr<SampleSource>> sources(double seconds) const;
+
+  /// All devices as one source ("rig"), in order of arrival time.
+  std::unique_ptr<SampleSource> merged_source(double seconds) const;
+
+ private:
+  std::shared_ptr<const World> world_;
+};
+
+/// Writes `seconds` of the scene to `sink`, all streams in order of arrival time, then flushes it. A sample that the sink
+/// refuses is the sink's to count.
+Result<void> simulate(const Scene& scene, double seconds, StreamTable& streams, SampleSink& sink);
+
+}  // namespace roseau::synthesis
