@@ -19,5 +19,6 @@ struct Case {
 
 /// Each folder's cases register themselves here; main.cpp calls every one of these.
 void add_estimation_cases(std::vector<Case>& cases);
+void add_synthesis_cases(std::vector<Case>& cases);
 
 }  // namespace roseau::bench

@@ -21,6 +21,7 @@ void list(const std::vector<roseau::bench::Case>& cases) {
 int main(int argc, char** argv) {
   std::vector<roseau::bench::Case> cases;
   roseau::bench::add_estimation_cases(cases);
+  roseau::bench::add_synthesis_cases(cases);
 
   std::string wanted;
   bool json = false;
