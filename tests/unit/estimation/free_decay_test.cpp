@@ -87,7 +87,7 @@ TEST(FreeDecay, FastSamplingIsDecimatedAndSaysTheSame) {
 
 // The reported standard deviations against the scatter of many tests whose noise is strongly coloured (correlated over 2 s).
 TEST(FreeDecay, StandardDeviationsCoverColouredResiduals) {
-  constexpr int kTests = 200;
+  constexpr int kTests = 100;
   double frequency = 0;
   double damping = 0;
   for (int test = 0; test < kTests; ++test) {
