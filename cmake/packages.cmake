@@ -14,3 +14,7 @@ find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc video)
 find_package(Boost 1.74 REQUIRED)
 find_package(nlohmann_json REQUIRED)
 pkg_check_modules(TURBOJPEG REQUIRED IMPORTED_TARGET libturbojpeg)
+pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
+pkg_check_modules(LZ4 REQUIRED IMPORTED_TARGET liblz4)
+pkg_check_modules(DEFLATE REQUIRED IMPORTED_TARGET libdeflate)
+find_package(ZLIB REQUIRED)  # its crc32_combine

@@ -1,0 +1,74 @@
+// MCAP files on disk. Every system call's result is checked: a full disk is an Error, never silence.
+#pragma once
+
+#include <sys/uio.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "recorder/format/io.h"
+
+namespace roseau::mcap {
+
+/// Appends to a new file with writev: the parts go to the kernel from where they are, without a copy.
+/// Space is reserved ahead of the end in large steps (where the file system can), so that a disk that fills up is noticed while
+/// there is still room for the summary: `append` then fails with no_space, and after allow_reserve() the last
+/// `kReserveBytes` may be used to close the file properly.
+class FileWritable : public Writable {
+ public:
+  static constexpr std::uint64_t kReserveBytes = 4U << 20U;
+
+  /// Makes the file; fails if it exists already (a session is never overwritten) or cannot be made.
+  static Result<std::unique_ptr<FileWritable>> create(const std::filesystem::path& path);
+  /// Takes over an open descriptor: a pipe, a device. `path` is for messages.
+  static std::unique_ptr<FileWritable> adopt(int fd, std::string path);
+  ~FileWritable() override;
+  FileWritable(const FileWritable&) = delete;
+  FileWritable& operator=(const FileWritable&) = delete;
+
+  Result<void> append(std::span<const std::span<const std::byte>> parts) override;
+  Result<void> sync() override;
+
+  /// From now on the reserved space may be used: the file is about to be closed.
+  void allow_reserve() { reserve_allowed_ = true; }
+  /// Gives back what was reserved beyond the end, syncs and closes. Afterwards only the destructor may be called.
+  Result<void> close();
+
+  std::uint64_t size() const { return size_; }
+
+ private:
+  FileWritable(int fd, std::string path) : fd_(fd), path_(std::move(path)) {}
+  Result<void> write_all(std::span<iovec> parts);
+  Result<void> reserve(std::uint64_t bytes);
+  void start_writeback();
+  Error failure(const char* what, int error_number) const;
+
+  int fd_;
+  std::string path_;
+  std::uint64_t size_ = 0;
+  std::uint64_t reserved_until_ = 0;
+  std::uint64_t writeback_until_ = 0;
+  bool can_reserve_ = true;
+  bool reserve_allowed_ = false;
+};
+
+class FileReadable : public Readable {
+ public:
+  static Result<std::unique_ptr<FileReadable>> open(const std::filesystem::path& path);
+  ~FileReadable() override;
+  FileReadable(const FileReadable&) = delete;
+  FileReadable& operator=(const FileReadable&) = delete;
+
+  std::uint64_t size() const override { return size_; }
+  Result<void> read(std::uint64_t offset, std::span<std::byte> to) override;
+
+ private:
+  FileReadable(int fd, std::uint64_t size, std::string path) : fd_(fd), size_(size), path_(std::move(path)) {}
+  int fd_;
+  std::uint64_t size_;
+  std::string path_;
+};
+
+}  // namespace roseau::mcap

@@ -1,0 +1,31 @@
+// The two seams of the format: where an MCAP file goes to and comes from. Implemented by files (file_io.h), and in memory and
+// with injected faults by the tests.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "core/result.h"
+
+namespace roseau::mcap {
+
+class Writable {
+ public:
+  virtual ~Writable() = default;
+  /// Appends every part in order, all bytes or an Error. After an Error nothing is known about how much was written.
+  virtual Result<void> append(std::span<const std::span<const std::byte>> parts) = 0;
+  /// Returns when what was appended would survive a power cut.
+  virtual Result<void> sync() = 0;
+};
+
+/// Random access to bytes that do not change while they are read. One thread at a time.
+class Readable {
+ public:
+  virtual ~Readable() = default;
+  virtual std::uint64_t size() const = 0;
+  /// Fills `to` from `offset`; offset + to.size() must not pass size() (checked: a bug otherwise).
+  virtual Result<void> read(std::uint64_t offset, std::span<std::byte> to) = 0;
+};
+
+}  // namespace roseau::mcap

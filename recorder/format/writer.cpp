@@ -1,0 +1,193 @@
+#include "recorder/format/writer.h"
+
+#include <algorithm>
+
+#include "recorder/format/codec.h"
+#include "recorder/format/crc32.h"
+
+namespace roseau::mcap {
+
+Result<void> Writer::append(std::span<const std::byte> bytes) {
+  const std::span<const std::byte> parts[] = {bytes};
+  data_crc_ = crc32(data_crc_, bytes);
+  position_ += bytes.size();
+  return out_.append(parts);
+}
+
+template <class T>
+Result<void> Writer::write_record(const T& record) {
+  scratch_.clear();
+  encode(record, scratch_);
+  return append(scratch_);
+}
+
+Result<void> Writer::begin(const Header& header) {
+  ROSEAU_CHECK(position_ == 0);
+  scratch_.assign(kMagic.begin(), kMagic.end());
+  encode(header, scratch_);
+  return append(scratch_);
+}
+
+void Writer::remember(const Schema& schema) {
+  if (std::ranges::find(schemas_, schema.id, &Schema::id) != schemas_.end()) return;
+  schemas_.push_back(schema);
+  ++statistics_.schema_count;
+}
+
+void Writer::remember(const Channel& channel) {
+  if (std::ranges::find(channels_, channel.id, &Channel::id) != channels_.end()) return;
+  channels_.push_back(channel);
+  ++statistics_.channel_count;
+}
+
+void Writer::count_messages(std::uint16_t channel_id, std::uint64_t count, std::uint64_t start_ns, std::uint64_t end_ns) {
+  const bool first = statistics_.message_count == 0;
+  statistics_.message_start_time_ns = first ? start_ns : std::min(statistics_.message_start_time_ns, start_ns);
+  statistics_.message_end_time_ns = first ? end_ns : std::max(statistics_.message_end_time_ns, end_ns);
+  statistics_.message_count += count;
+  statistics_.channel_message_counts[channel_id] += count;
+}
+
+Result<void> Writer::write(const Schema& schema) {
+  remember(schema);
+  return write_record(schema);
+}
+
+Result<void> Writer::write(const Channel& channel) {
+  remember(channel);
+  return write_record(channel);
+}
+
+Result<void> Writer::write(const Message& message) {
+  count_messages(message.channel_id, 1, message.log_time_ns, message.log_time_ns);
+  return write_record(message);
+}
+
+Result<void> Writer::write(const Attachment& attachment) {
+  const std::uint64_t offset = position_;
+  auto written = write_record(attachment);
+  ++statistics_.attachment_count;
+  attachment_indexes_.push_back({offset, position_ - offset, attachment.log_time_ns, attachment.create_time_ns,
+                                 attachment.data.size(), attachment.name, attachment.media_type});
+  return written;
+}
+
+Result<void> Writer::write(const Metadata& metadata) {
+  const std::uint64_t offset = position_;
+  auto written = write_record(metadata);
+  ++statistics_.metadata_count;
+  metadata_indexes_.push_back({offset, position_ - offset, metadata.name});
+  return written;
+}
+
+Result<void> Writer::write_private(Opcode opcode, const Metadata& content) {
+  ROSEAU_CHECK(opcode >= Opcode::first_private);
+  scratch_.clear();
+  encode_private(opcode, content, scratch_);
+  return append(scratch_);
+}
+
+Result<void> Writer::write(const ChunkBuilder& chunk) {
+  if (chunk.empty()) return {};
+  for (const Schema& schema : chunk.schemas()) remember(schema);
+  for (const Channel& channel : chunk.channels()) remember(channel);
+
+  // The records are summed once: for the chunk's own CRC, and (stored uncompressed) for the data section's.
+  parts_.clear();
+  chunk.parts(parts_);
+  Chunk record{.start_time_ns = chunk.start_time_ns(),
+               .end_time_ns = chunk.end_time_ns(),
+               .uncompressed_size = chunk.uncompressed_bytes()};
+  for (const auto& part : parts_) record.uncompressed_crc = crc32(record.uncompressed_crc, part);
+
+  bool stored_as_is = true;
+  if (chunk.compression() != Compression::none) {
+    ROSEAU_CHECK(parts_.size() == 1);
+    if (auto done = compress(chunk.compression(), parts_[0], compressed_); !done) return done;
+    stored_as_is = compressed_.size() >= chunk.uncompressed_bytes();
+    if (!stored_as_is) {
+      parts_[0] = compressed_;
+      record.compression = to_string(chunk.compression());
+    }
+  }
+  std::uint64_t stored_bytes = 0;
+  std::uint32_t stored_crc = record.uncompressed_crc;
+  for (const auto& part : parts_) stored_bytes += part.size();
+  if (!stored_as_is) stored_crc = crc32(0, compressed_);
+
+  scratch_.clear();
+  encode_chunk_head(record, stored_bytes, scratch_);
+  ChunkIndex index{.start_time_ns = record.start_time_ns,
+                   .end_time_ns = record.end_time_ns,
+                   .chunk_offset = position_,
+                   .chunk_length = scratch_.size() + stored_bytes,
+                   .compression = record.compression,
+                   .compressed_size = stored_bytes,
+                   .uncompressed_size = record.uncompressed_size};
+  const auto message_indexes = encode_message_indexes(chunk, position_ + index.chunk_length, index);
+
+  data_crc_ = crc32(data_crc_, scratch_);
+  data_crc_ = crc32_combine(data_crc_, stored_crc, stored_bytes);
+  data_crc_ = crc32(data_crc_, message_indexes);
+  position_ += index.chunk_length + message_indexes.size();
+  ++statistics_.chunk_count;
+  for (const auto& [channel_id, messages] : chunk.indexes()) {
+    if (messages.entries.empty()) continue;
+    count_messages(channel_id, messages.entries.size(), chunk.start_time_ns(), chunk.end_time_ns());
+  }
+  chunk_indexes_.push_back(std::move(index));
+
+  parts_.insert(parts_.begin(), scratch_);
+  parts_.push_back(message_indexes);
+  return out_.append(parts_);
+}
+
+std::vector<std::byte> Writer::encode_message_indexes(const ChunkBuilder& chunk, std::uint64_t position,
+                                                      ChunkIndex& index) const {
+  std::vector<std::byte> bytes;
+  if (!options_.message_indexes) return bytes;
+  for (const auto& [channel_id, messages] : chunk.indexes()) {
+    if (messages.entries.empty()) continue;
+    index.message_index_offsets[channel_id] = position + bytes.size();
+    encode(messages, bytes);
+  }
+  index.message_index_length = bytes.size();
+  return bytes;
+}
+
+template <class T>
+void Writer::add_group(Opcode opcode, const std::vector<T>& records, bool wanted, std::vector<std::byte>& summary,
+                       std::vector<SummaryOffset>& offsets) const {
+  if (!wanted || records.empty()) return;
+  const std::size_t begin = summary.size();
+  for (const T& record : records) encode(record, summary);
+  offsets.push_back({opcode, position_ + begin, summary.size() - begin});
+}
+
+Result<void> Writer::finish() {
+  if (auto written = write_record(DataEnd{data_crc_}); !written) return written;
+
+  std::vector<std::byte> summary;
+  std::vector<SummaryOffset> offsets;
+  add_group(Opcode::schema, schemas_, options_.repeat_schemas, summary, offsets);
+  add_group(Opcode::channel, channels_, options_.repeat_channels, summary, offsets);
+  add_group(Opcode::statistics, std::vector{statistics_}, options_.statistics, summary, offsets);
+  add_group(Opcode::metadata_index, metadata_indexes_, options_.metadata_indexes, summary, offsets);
+  add_group(Opcode::attachment_index, attachment_indexes_, options_.attachment_indexes, summary, offsets);
+  add_group(Opcode::chunk_index, chunk_indexes_, options_.chunk_indexes, summary, offsets);
+
+  Footer footer;
+  if (!summary.empty()) {
+    footer.summary_start = position_;
+    if (options_.summary_offsets) {
+      footer.summary_offset_start = position_ + summary.size();
+      for (const SummaryOffset& offset : offsets) encode(offset, summary);
+    }
+  }
+  footer.summary_crc = crc32(crc32(0, summary), footer_prefix(footer));
+  encode(footer, summary);
+  summary.insert(summary.end(), kMagic.begin(), kMagic.end());
+  return append(summary);
+}
+
+}  // namespace roseau::mcap

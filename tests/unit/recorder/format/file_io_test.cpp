@@ -1,0 +1,106 @@
+#include "recorder/format/file_io.h"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "recorder/format/indexed_reader.h"
+#include "recorder/format/writer.h"
+
+namespace roseau::mcap {
+namespace {
+
+using ::testing::HasSubstr;
+
+class FileIo : public ::testing::Test {
+ protected:
+  std::filesystem::path directory =
+      std::filesystem::temp_directory_path() /
+      ("roseau-file-io-" + std::to_string(::getpid()) + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+  void SetUp() override { std::filesystem::create_directories(directory); }
+  void TearDown() override { std::filesystem::remove_all(directory); }
+
+  static std::vector<std::byte> bytes(std::size_t size) { return std::vector<std::byte>(size, std::byte{42}); }
+};
+
+TEST_F(FileIo, ManyPartsOfEverySizeArriveInOrder) {
+  auto file = FileWritable::create(directory / "a");
+  ASSERT_TRUE(file);
+  std::vector<std::byte> expected;
+  std::vector<std::vector<std::byte>> pieces;
+  for (std::size_t i = 0; i < 1000; ++i) pieces.emplace_back(i % 7 == 0 ? 0 : i, static_cast<std::byte>(i));
+  std::vector<std::span<const std::byte>> parts(pieces.begin(), pieces.end());
+  for (const auto& piece : pieces) expected.insert(expected.end(), piece.begin(), piece.end());
+  ASSERT_TRUE((*file)->append(parts));
+  ASSERT_TRUE((*file)->sync());
+  ASSERT_TRUE((*file)->close());
+  auto readable = FileReadable::open(directory / "a");
+  ASSERT_TRUE(readable);
+  std::vector<std::byte> read((*readable)->size());
+  ASSERT_TRUE((*readable)->read(0, read));
+  EXPECT_EQ(read, expected);
+}
+
+TEST_F(FileIo, ReservedSpaceIsGivenBackAndNeverSeenInTheSize) {
+  auto file = FileWritable::create(directory / "a");
+  ASSERT_TRUE(file);
+  const auto data = bytes(1000);
+  const std::span<const std::byte> parts[] = {data};
+  ASSERT_TRUE((*file)->append(parts));
+  EXPECT_EQ(std::filesystem::file_size(directory / "a"), 1000U);  // also what a crash leaves
+  ASSERT_TRUE((*file)->close());
+  struct stat status {};
+  ASSERT_EQ(::stat((directory / "a").c_str(), &status), 0);
+  EXPECT_EQ(status.st_size, 1000);
+  EXPECT_LT(status.st_blocks * 512, 1 << 20);
+}
+
+TEST_F(FileIo, AnExistingFileIsNeverOverwritten) {
+  std::ofstream(directory / "a") << "precious";
+  const auto file = FileWritable::create(directory / "a");
+  ASSERT_FALSE(file);
+  EXPECT_THAT(file.error().message, HasSubstr("never overwritten"));
+  EXPECT_EQ(std::filesystem::file_size(directory / "a"), 8U);
+}
+
+TEST_F(FileIo, MissingDirectoryAndMissingFileAreNamed) {
+  EXPECT_EQ(FileWritable::create(directory / "no" / "a").error().code, ErrorCode::not_found);
+  const auto missing = FileReadable::open(directory / "missing.mcap");
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().code, ErrorCode::not_found);
+  EXPECT_THAT(missing.error().message, HasSubstr("missing.mcap"));
+  EXPECT_THAT(FileReadable::open(directory).error().message, HasSubstr("is a directory"));
+}
+
+TEST_F(FileIo, AFullDiskIsAnErrorAtOnce) {
+  const int fd = ::open("/dev/full", O_WRONLY);
+  ASSERT_GE(fd, 0);
+  const auto file = FileWritable::adopt(fd, "/dev/full");
+  const auto data = bytes(10);
+  const std::span<const std::byte> parts[] = {data};
+  const auto written = file->append(parts);
+  ASSERT_FALSE(written);
+  EXPECT_EQ(written.error().code, ErrorCode::no_space);
+  EXPECT_THAT(written.error().message, HasSubstr("/dev/full"));
+  EXPECT_THAT(written.error().message, HasSubstr("free some space"));
+}
+
+TEST_F(FileIo, AWriterOnAFullDiskSaysSo) {
+  const auto file = FileWritable::adopt(::open("/dev/full", O_WRONLY), "/dev/full");
+  Writer writer(*file);
+  EXPECT_EQ(writer.begin({}).error().code, ErrorCode::no_space);
+}
+
+TEST_F(FileIo, OpenErrorNamesTheFile) {
+  std::ofstream(directory / "a.mcap") << "this is no session";
+  const auto reader = IndexedReader::open(directory / "a.mcap");
+  ASSERT_FALSE(reader);
+  EXPECT_THAT(reader.error().message, HasSubstr("a.mcap is not an MCAP file"));
+}
+
+}  // namespace
+}  // namespace roseau::mcap
