@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -106,12 +107,11 @@ class WhittleLikelihood {
 
   // Whittle's negative log-likelihood of the smeared model plus a white floor. Each of the tapers counts as one look.
   double deviance(double floor) const {
+    const Eigen::Map<const Eigen::VectorXd> window(window_.data(), static_cast<Eigen::Index>(window_.size()));
     double sum = 0;
     for (std::size_t i = 0; i < power_.size(); ++i) {
-      double smeared = 0;
       const double* at = fine_.data() + i * kOversampling;
-      for (std::size_t j = 0; j < window_.size(); ++j) smeared += window_[j] * at[j];
-      const double expected = smeared + floor;
+      const double expected = window.dot(Eigen::Map<const Eigen::VectorXd>(at, window.size())) + floor;
       sum += std::log(expected) + power_[i] / expected;
     }
     return kTaperCount * sum;
@@ -204,7 +204,7 @@ std::vector<double> fit(WhittleLikelihood& likelihood, const IdentifyOptions& op
   const bool free_slope = options.force_slope_sd > 0;
   std::vector<double> best;
   best_cost = kForbidden * 2;
-  for (const double damping_ratio : {0.03, 0.10}) {
+  for (const double damping_ratio : options.start_damping_ratios) {
     std::vector<double> start = {std::log(likelihood.start_scale(damping_ratio)), 0, std::log(2 * damping_ratio),
                                  std::log(likelihood.high_floor())};
     std::vector<double> steps = {1, 0.05, 0.7, 0.7};

@@ -32,7 +32,8 @@ struct IdentifyOptions {
   double gate = 3;             // accepted when the resonance stands this far (power) above the white floor
   double resonance_gain = 12;  // and when a resonance explains the spectrum better than a power law and a floor by this
                                // much log-likelihood: drift and gusts on a stiff target (200 records each) reach 11
-  double min_rate_hz = 12.5;   // decimated to the larger of this and rate_per_frequency times the resonance
+  std::vector<double> start_damping_ratios = {0.03, 0.10};  // the search begins from each, the best end counts
+  double min_rate_hz = 12.5;  // decimated to the larger of this and rate_per_frequency times the resonance
   double rate_per_frequency = 8;
 };
 

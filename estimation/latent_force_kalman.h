@@ -24,6 +24,12 @@ struct LatentForceModel {
   double static_sd = 1;   // spread of the static displacement about its mean, unit of the displacement
   double static_mean = 0;
   double correlation_time_s = 8;  // tau
+
+  template <class Archive>
+  void archive(Archive& a) {
+    a(natural_frequency_hz), a(damping_ratio), a(sample_period_s), a(noise_sd), a(static_sd), a(static_mean);
+    a(correlation_time_s);
+  }
 };
 
 /// Steady-state gains of a model, independent of the data. Pure.
@@ -74,6 +80,11 @@ class LatentForceKalman {
     Eigen::Vector3d state = Eigen::Vector3d::Zero();  // x - mean, x'/w0, u - mean: predicted for the next sample
     std::vector<double> predicted;                    // u^(k|k-1) of the last lag+1 samples, oldest first, mean included
     std::vector<double> innovations;                  // of the same samples; 0 where none came
+
+    template <class Archive>
+    void archive(Archive& a) {
+      a(state[0]), a(state[1]), a(state[2]), a(predicted), a(innovations);
+    }
   };
   const State& state() const { return state_; }
   [[nodiscard]] bool restore(State state);

@@ -20,9 +20,11 @@ struct EstimationOptions {
   double damping_window_s = 240;  // damping may rest on this much, as long as the frequency has not moved
   double hold_s = 120;            // parameters stay in use this long after the gate last accepted
 
-  // An estimate is settling until both spreads, relative to their values, are below these.
-  double settled_frequency_sd = 0.02;
-  double settled_damping_sd = 0.35;
+  // An estimate is settling until both spreads, relative to their values, are below these and, where there is a reference, its
+  // calibration rests on this much.
+  double settled_frequency_sd = 0.025;
+  double settled_damping_sd = 0.3;
+  double settled_calibration_s = 60;
 
   // Force.
   std::optional<double> lag_s;    // unset: 0.25 s, or for slower targets than 1 Hz 0.5 s or a quarter period
@@ -30,10 +32,10 @@ struct EstimationOptions {
   double max_gap_s = 0.5;         // a longer hole in the displacement starts everything but the parameters anew
 
   // Wind.
-  std::string reference_topic;     // empty: the first wind stream that is not truth
-  CalibrationOptions calibration;  // holds the direction of the image plane, if known
-  double calibration_interval_s = 10;
-  double uncalibrated_scale = 1;  // without a reference wind_mps = scale * sign(u) sqrt(|u|), u = static displacement
+  std::string reference_topic;         // empty: the first wind stream that is not truth
+  CalibrationOptions calibration;      // holds the direction of the image plane, if known
+  double calibration_interval_s = 10;  // half of it until the first one
+  double uncalibrated_scale = 1;       // without a reference wind_mps = scale * sign(u) sqrt(|u|), u = static displacement
 
   bool fuse_targets = true;  // /wind/estimate from all accepted and calibrated targets
 };

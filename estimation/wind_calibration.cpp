@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kBlock_s = 20;
-constexpr std::size_t kRestPoints = 20;     // a known rest position weighs as much as this many seconds of still air
+constexpr std::size_t kRestPoints = 20;  // a known rest position weighs as much as this many seconds of still air
+constexpr double kDirectionPreference = 0.02;
 constexpr double kFewestCorrelation = 0.3;  // below it a delay found is chance
 constexpr std::size_t kPointSteps = 2;      // fitted points are a second apart: the band ends at 0.1 Hz
 
@@ -122,21 +123,29 @@ double drag_correlation(const Aligned& series, double direction_deg, std::ptrdif
   return correlation.value();
 }
 
+// While the wind hardly turns every component correlates alike, the smallest one too: a little weight on how much of the wind
+// a component holds then decides for the direction it blows along.
 double best_direction(const Aligned& slow, std::ptrdiff_t steps) {
-  double best = 0;
+  double total = 0;
+  for (const Vec2& wind : slow.reference) total += std::isnan(wind.x) ? 0 : wind.x * wind.x + wind.y * wind.y;
+  double best = -1;
   double best_deg = 0;
+  bool against = false;
   const auto consider = [&](double direction_deg) {
+    double held = 0;
+    for (const Vec2& wind : slow.reference) held += std::isnan(wind.x) ? 0 : std::pow(component(wind, direction_deg), 2);
     const double correlation = drag_correlation(slow, direction_deg, steps);
-    if (std::abs(correlation) <= std::abs(best)) return;
-    best = correlation;
+    const double score = std::abs(correlation) + kDirectionPreference * (total > 0 ? held / total : 0);
+    if (score <= best) return;
+    best = score;
     best_deg = direction_deg;
+    against = correlation < 0;
   };
   for (int deg = 0; deg < 180; deg += 5) consider(deg);
   const double coarse_deg = best_deg;
   for (int deg = -4; deg <= 4; ++deg) consider(coarse_deg + deg);
   // Positive: wind from there pushes the target along its axis.
-  const double positive_deg = best < 0 ? best_deg + 180 : best_deg;
-  return std::fmod(positive_deg + 360, 360);
+  return std::fmod(best_deg + (against ? 180 : 0) + 360, 360);
 }
 
 // Peak of the cross-correlation over +-max_delay, by a parabola through its top.
@@ -368,11 +377,6 @@ Vec2 GridSeries::at(std::int64_t step) const {
   const Bin& bin = bins_[static_cast<std::size_t>(step - first_)];
   if (bin.count == 0) return {kNan, kNan};
   return {bin.sum.x / bin.count, bin.sum.y / bin.count};
-}
-
-void GridSeries::restore(State state) {
-  first_ = state.first;
-  bins_ = std::move(state.bins);
 }
 
 Result<CalibrationFit> calibrate_wind(const GridSeries& target, const GridSeries& reference,

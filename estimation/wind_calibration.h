@@ -30,7 +30,7 @@ struct CalibrationOptions {
   std::optional<double> direction_deg;
   /// Static displacement in still air, if known: holds the curve's foot.
   std::optional<double> rest_displacement;
-  double min_duration_s = 30;
+  double min_duration_s = 20;
   double max_duration_s = 3600;   // older data are forgotten
   double held_out_after_s = 180;  // from this much data on, the last third is held out to judge
   double integral_time_s = 15;    // one independent gust per this long: degrees of freedom
@@ -41,6 +41,11 @@ struct CalibrationOptions {
 struct Interval {
   double low = 0;
   double high = 0;
+
+  template <class Archive>
+  void archive(Archive& a) {
+    a(low), a(high);
+  }
 };
 
 struct CalibrationFit {
@@ -61,6 +66,13 @@ struct CalibrationFit {
   double wind_mps(double static_displacement) const;
   /// From the static displacement's own spread and the calibration's.
   double wind_sd_mps(double static_displacement, double static_displacement_sd) const;
+
+  template <class Archive>
+  void archive(Archive& a) {
+    a(gain), a(offset), a(exponent), a(delay_s), a(direction_deg), a(explained), a(correlation), a(rms_mps), a(seconds_used);
+    a(covariance(0, 0)), a(covariance(0, 1)), a(covariance(1, 0)), a(covariance(1, 1));
+    a(gain_interval), a(offset_interval), a(exponent_interval);
+  }
 };
 
 /// sign(x) |x|^power
@@ -84,18 +96,22 @@ class GridSeries {
   /// NaN outside.
   Vec2 at(std::int64_t step) const;
 
+  template <class Archive>
+  void archive(Archive& a) {
+    a(first_), a(bins_);
+  }
+
+ private:
   struct Bin {
     Vec2 sum;
     std::uint32_t count = 0;
-  };
-  struct State {
-    std::int64_t first = 0;
-    std::vector<Bin> bins;
-  };
-  State state() const { return {first_, bins_}; }
-  void restore(State state);
 
- private:
+    template <class Archive>
+    void archive(Archive& a) {
+      a(sum.x), a(sum.y), a(count);
+    }
+  };
+
   std::size_t capacity_;
   std::int64_t first_ = 0;
   std::vector<Bin> bins_;
