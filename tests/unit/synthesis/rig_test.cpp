@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "core/wind_geometry.h"
@@ -146,6 +147,32 @@ TEST(SimulatedRig, DevicesReadOneByOneSendTheSame) {
       }
     }
   }
+}
+
+TEST(SimulatedRig, DevicesReadInThreadsOfTheirOwnSendTheSame) {
+  const Scene scene = small_scene();
+  const auto merged = simulated(scene, 1);
+  StreamTable streams;
+  auto sources = SimulatedRig(scene).sources(1);
+  std::vector<Collector> collectors(sources.size());
+  {
+    std::vector<std::jthread> threads;
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+      threads.emplace_back([&, i] {
+        ASSERT_TRUE(sources[i]->open(streams));
+        while (*sources[i]->read(collectors[i], milliseconds(10)) != ReadStatus::finished) {
+        }
+      });
+    }
+  }
+  std::size_t samples = 0;
+  std::vector<std::uint64_t> pixels;
+  for (const Collector& collector : collectors) {
+    samples += collector.samples.size();
+    pixels.insert(pixels.end(), collector.pixel_hashes.begin(), collector.pixel_hashes.end());
+  }
+  EXPECT_EQ(samples, merged->collector.samples.size());
+  EXPECT_THAT(pixels, ::testing::UnorderedElementsAreArray(merged->collector.pixel_hashes));
 }
 
 TEST(SimulatedRig, TheSonicsBytesDecodeToTheTruthAtItsPlace) {
