@@ -6,6 +6,7 @@
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
+#include <set>
 #include <vector>
 
 #include "synthesis/camera/branch_shape.h"
@@ -257,6 +258,20 @@ TEST(SensorNoise, HasTheStatedSpreadAndNoBias) {
     const double variance = 1.5 * 1.5 + 0.03 * signal + 1.0 / 12;  // and rounding
     EXPECT_NEAR(sum / n, 0, 0.05);
     EXPECT_NEAR(sum2 / n / variance, 1, 0.03);
+  }
+}
+
+TEST(SensorNoise, NoTwoRowsOfAnyFramesShareTheirNoise) {
+  constexpr std::size_t kRow = 256;
+  const SensorNoise noise({}, 9, kRow);
+  const std::vector<std::uint8_t> clean(kRow, 100);
+  std::set<std::vector<std::uint8_t>> seen;
+  for (std::uint64_t frame = 0; frame < 8; ++frame) {
+    for (std::uint32_t row = 0; row < 8; ++row) {
+      std::vector<std::uint8_t> noisy(kRow);
+      noise.apply(clean, frame, row, noisy);
+      EXPECT_TRUE(seen.insert(noisy).second) << "frame " << frame << ", row " << row;
+    }
   }
 }
 
