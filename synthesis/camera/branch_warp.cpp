@@ -13,6 +13,9 @@ namespace roseau::synthesis {
 
 namespace {
 
+// The texture is read at 1/256 of its pixels; half a step ahead, so that cutting off rounds.
+constexpr double kHalfStep = 0.5 / 256;
+
 // Weights of luma as in JPEG and OpenCV's grey conversion. The grey goes into all channels, so that one sampler serves both.
 void to_grey(cv::Mat& texture) {
   for (int y = 0; y < texture.rows; ++y) {
@@ -67,7 +70,7 @@ void BranchWarp::prepare_row(std::uint32_t y, const CameraCalibration& camera, d
     if (row.looks.empty()) row.first_x = x;
     const Vec2 at = texture.texture_point(point.x, point.z);
     const double gain = bending_gain((point.z - root_z_m) / length_m) * texture.px_per_m;
-    row.looks.push_back({static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(gain)});
+    row.looks.push_back({static_cast<float>(at.x + kHalfStep), static_cast<float>(at.y + kHalfStep), static_cast<float>(gain)});
     lowest = std::min(lowest, row.looks.back().y_px);
     highest = std::max(highest, row.looks.back().y_px);
   }
@@ -96,8 +99,8 @@ void BranchWarp::accumulate(const Row& row, float deflection_m, std::size_t& tou
   const std::size_t stride = texture_.step;
   std::uint32_t* sums = sums_.data() + (begin - row.looks.begin()) * (kChannels + 1);
   for (auto look = begin; look != end; ++look, sums += kChannels + 1) {
-    const int x_fixed = static_cast<int>(column(*look) * 256 + 0.5F);
-    const int y_fixed = static_cast<int>(look->y_px * 256 + 0.5F);
+    const int x_fixed = static_cast<int>(column(*look) * 256);
+    const int y_fixed = static_cast<int>(look->y_px * 256);
     const int x = x_fixed >> 8;
     const int y = y_fixed >> 8;
     if (x < 0 || y < 0 || x > last_x || y > last_y) continue;
