@@ -21,14 +21,14 @@ std::vector<std::byte> fingerprint(const std::string& camera, const TrackerOptio
   }
   out.put(options.automatic_targets);
   out.put(options.subtract_background);
-  for (const int value : {options.automatic_frames, options.automatic_most_targets, options.feature_count,
-                          options.pyramid_levels, options.window_px, options.flow_iterations,
-                          options.mono16_significant_bits}) {
+  for (const int value :
+       {options.automatic_frames, options.automatic_most_targets, options.feature_count, options.pyramid_levels,
+        options.window_px, options.flow_iterations, options.mono16_significant_bits}) {
     out.put(value);
   }
-  for (const double value : {options.automatic_least_motion_px, options.background_share, options.flow_converged_px,
-                             options.forward_backward_px, options.least_correlation, options.search_radius_px,
-                             options.standard_error_floor_px}) {
+  for (const double value :
+       {options.automatic_least_motion_px, options.background_share, options.flow_converged_px, options.forward_backward_px,
+        options.least_correlation, options.search_radius_px, options.standard_error_floor_px}) {
     out.put(value);
   }
   return bytes;

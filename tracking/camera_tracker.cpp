@@ -133,8 +133,9 @@ bool CameraTracker::analyse(const SampleHeader& header, const Frame& frame) {
     return false;
   }
   if (flow_.has_current() && flow_.current().size() != gray->size()) {
-    log("tracking")->warn("{}: frames are {}x{} now: tracking starts anew with the configured targets", camera_, frame.width,
-                          frame.height);
+    log("tracking")
+        ->warn("{}: frames are {}x{} now: tracking starts anew with the configured targets", camera_, frame.width,
+               frame.height);
     restart();
     if (const Result<cv::Mat> again = converter_.convert(frame, gray_storage_); !again) return false;
   }
@@ -223,8 +224,9 @@ void CameraTracker::start_pending() {
     RegionTracker& target = targets_.emplace_back(options_, wanted.name, RegionKind::target);
     target.observe_work(observer_);
     if (!target.start(flow_, wanted.region, share, {}, camera_motion())) {
-      log("tracking")->warn("{}: target \"{}\" has too little texture to be followed: give a larger or richer region",
-                            camera_, wanted.name);
+      log("tracking")
+          ->warn("{}: target \"{}\" has too little texture to be followed: give a larger or richer region", camera_,
+                 wanted.name);
     }
   }
   if (background_) background_->limit(of_background);
@@ -262,8 +264,8 @@ void CameraTracker::emit(const SampleHeader& header, bool usable, SampleSink& ou
 ImageMotion CameraTracker::image_motion(bool usable) const {
   ImageMotion motion;
   for (const RegionTracker& target : targets_) {
-    motion.targets.push_back({target.name(), moved(target.region_now(), kCorner), usable ? target.health() : 0.0F,
-                              usable && target.valid()});
+    motion.targets.push_back(
+        {target.name(), moved(target.region_now(), kCorner), usable ? target.health() : 0.0F, usable && target.valid()});
   }
   if (!usable) return motion;
   const auto add = [&](const RegionTracker& region, std::uint8_t index) {

@@ -30,9 +30,9 @@ double distance_between(const FeatureSearch& search, const cv::Rect& area) {
 cv::Rect usable(const ImageRect& area, const cv::Mat& gray) {
   constexpr int kMargin = Patch::kReach + 2;
   const cv::Rect inner(kMargin, kMargin, gray.cols - 2 * kMargin, gray.rows - 2 * kMargin);
-  const cv::Rect wanted(cv::Point(static_cast<int>(std::ceil(area.x)), static_cast<int>(std::ceil(area.y))),
-                        cv::Point(static_cast<int>(std::floor(area.x + area.width)) + 1,
-                                  static_cast<int>(std::floor(area.y + area.height)) + 1));
+  const cv::Rect wanted(
+      cv::Point(static_cast<int>(std::ceil(area.x)), static_cast<int>(std::ceil(area.y))),
+      cv::Point(static_cast<int>(std::floor(area.x + area.width)) + 1, static_cast<int>(std::floor(area.y + area.height)) + 1));
   if (inner.width <= 0 || inner.height <= 0) return {};
   return wanted & inner;
 }
@@ -81,7 +81,7 @@ Feature Feature::load(CheckpointReader& in) {
   const auto load_patch = [&in](Patch& patch) {
     Patch::Pixels pixels{};
     const auto bytes = in.take(pixels.size());
-    std::memcpy(pixels.data(), bytes.data(), bytes.size());
+    if (!bytes.empty()) std::memcpy(pixels.data(), bytes.data(), bytes.size());
     if (const auto made = Patch::from_pixels(pixels)) {
       patch = *made;
     } else {

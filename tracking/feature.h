@@ -34,10 +34,10 @@ struct Feature {
   Eigen::Vector2d position{0, 0};   // px, in the current picture
   Eigen::Vector2d previous{0, 0};   // px, in the previous picture
 
-  bool active = true;     // followed from frame to frame; otherwise only looked for where it should be
-  bool followed = false;  // by flow, from the previous picture
-  bool matched = true;    // its patch was recognised in this picture
-  bool agrees = true;     // and it moves with its region
+  bool active = true;           // followed from frame to frame; otherwise only looked for where it should be
+  bool followed = false;        // by flow, from the previous picture
+  bool matched = true;          // its patch was recognised in this picture
+  bool agrees = true;           // and it moves with its region
   std::uint16_t missed = 0;     // frames in a row without a match
   std::uint16_t disagreed = 0;  // frames in a row of moving otherwise
   std::uint16_t agreed = 0;     // frames in all of moving with the region
@@ -55,8 +55,8 @@ struct Feature {
 struct FeatureSearch {
   ImageRect area;  // px with the origin at the CENTRE of the upper left pixel, as positions are
   int count = 0;
-  std::span<const Eigen::Vector2d> taken;   // keep the usual distance from these
-  std::span<const ImageRect> keep_out;      // and out of these
+  std::span<const Eigen::Vector2d> taken;  // keep the usual distance from these
+  std::span<const ImageRect> keep_out;     // and out of these
   /// Where the count could be spread: sets the least distance between points. 0: over the area itself.
   double spread_px2 = 0;
   int spread_count = 0;

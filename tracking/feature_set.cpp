@@ -7,21 +7,21 @@ namespace roseau::tracking {
 
 namespace {
 
-constexpr double kMostShiftFollowed = 2;  // px from where flow put a point to where its patch matches
-constexpr double kMostShiftExpected = 4;  // px from where a point should be
-constexpr double kMostShiftCoarse = 3;    // px at kCoarseLevel
-constexpr std::uint16_t kMissedUntilLost = 3;        // frames
-constexpr std::uint16_t kDisagreedUntilLost = 5;     // frames, points that replaced others
+constexpr double kMostShiftFollowed = 2;              // px from where flow put a point to where its patch matches
+constexpr double kMostShiftExpected = 4;              // px from where a point should be
+constexpr double kMostShiftCoarse = 3;                // px at kCoarseLevel
+constexpr std::uint16_t kMissedUntilLost = 3;         // frames
+constexpr std::uint16_t kDisagreedUntilLost = 5;      // frames, points that replaced others
 constexpr std::uint16_t kDisagreedUntilUseless = 90;  // frames, points of the reference picture
-constexpr std::uint16_t kStillUntilBackground = 10;  // frames
-constexpr double kStrayed = 3;                       // px: an unmatched point this far from its place is put back
+constexpr std::uint16_t kStillUntilBackground = 10;   // frames
+constexpr double kStrayed = 3;                        // px: an unmatched point this far from its place is put back
 constexpr std::uint16_t kCountMost = 60000;
 constexpr std::size_t kMostStillPlaces = 500;
 
-constexpr double kRenewBelow = 0.7;           // of the points wanted
-constexpr std::uint32_t kRenewalWait = 15;    // frames
+constexpr double kRenewBelow = 0.7;         // of the points wanted
+constexpr std::uint32_t kRenewalWait = 15;  // frames
 constexpr std::uint32_t kRenewalWaitMost = 240;
-constexpr std::uint32_t kCellsAcross = 4;     // the background is renewed cell by cell, which bounds the time of one frame
+constexpr std::uint32_t kCellsAcross = 4;  // the background is renewed cell by cell, which bounds the time of one frame
 constexpr std::uint32_t kCellsDown = 3;
 
 void count_up(std::uint16_t& counter) {
@@ -29,9 +29,7 @@ void count_up(std::uint16_t& counter) {
 }
 
 Eigen::Vector2d eigen(const cv::Point2f& point) { return {point.x, point.y}; }
-cv::Point2f point2f(const Eigen::Vector2d& vector) {
-  return {static_cast<float>(vector.x()), static_cast<float>(vector.y())};
-}
+cv::Point2f point2f(const Eigen::Vector2d& vector) { return {static_cast<float>(vector.x()), static_cast<float>(vector.y())}; }
 
 ImageRect cell_of(const ImageRect& area, std::uint32_t cell) {
   const double width = area.width / kCellsAcross;
@@ -112,8 +110,7 @@ void FeatureSet::match_inactive(const Flow& flow, const Placement& placement, st
   for (Feature& feature : features_) {
     if (feature.active || (feature.id + frame) % 4 != 0) continue;
     feature.position = feature.previous = placement.expected(feature.reference);
-    const PatchMatch match =
-        feature.patch.align(flow.current(), feature.position, warp * feature.unwarp, kMostShiftExpected);
+    const PatchMatch match = feature.patch.align(flow.current(), feature.position, warp * feature.unwarp, kMostShiftExpected);
     feature.matched = match.found && match.correlation >= options_.least_correlation;
     if (feature.matched) feature.position = match.position;
   }
@@ -127,8 +124,8 @@ void FeatureSet::match_all_afresh(const Flow& flow, const Placement& placement) 
     Eigen::Vector2d at = placement.expected(feature.reference);
     feature.position = feature.previous = at;
     if (feature.coarse) {
-      const PatchMatch coarse = feature.coarse->align(flow.current(kCoarseLevel), feature.coarse_centre(at),
-                                                      warp * feature.unwarp, kMostShiftCoarse);
+      const PatchMatch coarse =
+          feature.coarse->align(flow.current(kCoarseLevel), feature.coarse_centre(at), warp * feature.unwarp, kMostShiftCoarse);
       if (!coarse.found || coarse.correlation < options_.least_correlation) continue;
       at = feature.from_coarse_centre(coarse.position);
     }

@@ -11,9 +11,9 @@
 namespace roseau::tracking {
 
 struct FlowPoint {
-  cv::Point2f from;     // in the previous picture, px (origin at a pixel's centre)
-  cv::Point2f guess;    // where it is expected in this one
-  cv::Point2f to;       // where it was found
+  cv::Point2f from;       // in the previous picture, px (origin at a pixel's centre)
+  cv::Point2f guess;      // where it is expected in this one
+  cv::Point2f to;         // where it was found
   bool followed = false;  // found, and found again backwards
 };
 

@@ -32,8 +32,8 @@ MeanShiftStep narrow_to_mode(std::span<const Eigen::Vector2d> draws, const MeanS
     const Eigen::Matrix2d kernel = with_floor(now.covariance, options.kernel_floor);
     const MeanShiftStep next = mean_shift_step(draws, now.x, kernel);
     if (next.effective_draws < fewest) break;
-    const bool settled = mahalanobis2(next.x - now.x, kernel.inverse()) < 1e-6 &&
-                         next.covariance.trace() > 0.98 * now.covariance.trace();
+    const bool settled =
+        mahalanobis2(next.x - now.x, kernel.inverse()) < 1e-6 && next.covariance.trace() > 0.98 * now.covariance.trace();
     now = next;
     if (settled) break;
   }

@@ -19,9 +19,9 @@ struct MeanShiftOptions {
 };
 
 struct RobustMean {
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();         // of the agreeing draws
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();   // scatter of one agreeing draw, floor included
-  std::vector<char> agrees;                               // per draw, in the order given
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();        // of the agreeing draws
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // scatter of one agreeing draw, floor included
+  std::vector<char> agrees;                              // per draw, in the order given
   int agreeing = 0;
   bool found = false;  // false: fewer than three draws
 };

@@ -29,9 +29,9 @@ Result<void> check_targets(const std::vector<TargetRegion>& targets) {
       return Error{ErrorCode::invalid_argument, fmt::format("target \"{}\" is given twice: rename one", target.name)};
     }
     if (!(target.region.width >= Patch::kSide && target.region.height >= Patch::kSide)) {
-      return Error{ErrorCode::invalid_argument, fmt::format("target \"{}\" is {} x {} px: at least {} x {} px are needed",
-                                                            target.name, target.region.width, target.region.height,
-                                                            Patch::kSide, Patch::kSide)};
+      return Error{ErrorCode::invalid_argument,
+                   fmt::format("target \"{}\" is {} x {} px: at least {} x {} px are needed", target.name, target.region.width,
+                               target.region.height, Patch::kSide, Patch::kSide)};
     }
   }
   if (targets.size() > kMostTargets) {

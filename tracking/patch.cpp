@@ -30,9 +30,9 @@ std::array<float, 4> cubic_weights(float fraction) {
 
 struct Patch::Sums {
   double mean = 0;
-  double energy = 0;     // of the picture's pixels about their mean
-  double product = 0;    // with texture
-  double along_x = 0;    // with descent
+  double energy = 0;   // of the picture's pixels about their mean
+  double product = 0;  // with texture
+  double along_x = 0;  // with descent
   double along_y = 0;
 };
 
@@ -206,8 +206,7 @@ PatchMatch Patch::align(const cv::Mat& gray, const Eigen::Vector2d& start, const
     // The picture's contrast relative to the reference's; the descent images are orthogonal to brightness and texture, so
     // the error image need not be formed.
     const double contrast = std::sqrt(texture_energy_ / sums.energy);
-    const Eigen::Vector2d step =
-        warp * (inverse_hessian_ * Eigen::Vector2d(sums.along_x, sums.along_y)) * contrast;
+    const Eigen::Vector2d step = warp * (inverse_hessian_ * Eigen::Vector2d(sums.along_x, sums.along_y)) * contrast;
     if (step.norm() < kConverged) {
       match.position -= step;
       match.found = true;

@@ -24,9 +24,9 @@ struct PatchMatch {
 
 class Patch {
  public:
-  static constexpr int kSide = 15;            // px compared
-  static constexpr int kReach = kSide / 2;    // px from the centre
-  static constexpr int kCut = kSide + 2;      // px kept: one more on each side, for the gradient
+  static constexpr int kSide = 15;          // px compared
+  static constexpr int kReach = kSide / 2;  // px from the centre
+  static constexpr int kCut = kSide + 2;    // px kept: one more on each side, for the gradient
   using Pixels = std::array<std::uint8_t, std::size_t{kCut} * kCut>;
 
   /// Nothing when the cut would leave the picture or when it has too little texture in some direction to be found again.
@@ -52,11 +52,11 @@ class Patch {
   Sums sums_of(const Plane& picture) const;
 
   Pixels pixels_{};
-  alignas(16) Plane texture_{};     // zero mean
-  alignas(16) Plane descent_x_{};   // gradient with brightness and contrast projected out
+  alignas(16) Plane texture_{};    // zero mean
+  alignas(16) Plane descent_x_{};  // gradient with brightness and contrast projected out
   alignas(16) Plane descent_y_{};
   Eigen::Matrix2d inverse_hessian_ = Eigen::Matrix2d::Zero();
-  double texture_energy_ = 0;       // sum of squares of texture_
+  double texture_energy_ = 0;  // sum of squares of texture_
 };
 
 }  // namespace roseau::tracking

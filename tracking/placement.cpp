@@ -12,8 +12,8 @@ Eigen::Vector2d Placement::expected(const Eigen::Vector2d& reference) const {
 
 Eigen::Vector2d Placement::reference_of(const Eigen::Vector2d& position) const {
   // expected(r) = r + Dc + Gc (r - cc) + D + G (r - c), linear in r.
-  const Eigen::Vector2d constant = camera.motion.displacement - camera.motion.gradient * camera.centre +
-                                   motion.displacement - motion.gradient * centre;
+  const Eigen::Vector2d constant =
+      camera.motion.displacement - camera.motion.gradient * camera.centre + motion.displacement - motion.gradient * centre;
   return warp().inverse() * (position - constant);
 }
 

@@ -11,7 +11,7 @@ namespace roseau::tracking {
 namespace {
 
 constexpr int kRefinements = 3;
-constexpr double kNoiseCounts = 3;  // points
+constexpr double kNoiseCounts = 3;      // points
 constexpr double kTruncation = 0.9535;  // variance of a normal distribution inside its 99 % ellipse
 // How far turning and stretching may be expected to go: keeps the gradient near zero in directions that the points do not
 // span, and is forgotten where they do.

@@ -19,8 +19,8 @@ struct RegionPoint {
 struct RegionFit {
   RegionMotion motion;
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of motion.displacement: standard error squared, px^2
-  double variance = 0;       // of one coordinate of one agreeing point, px^2
-  std::vector<char> agrees;  // per point, in the order given
+  double variance = 0;                                   // of one coordinate of one agreeing point, px^2
+  std::vector<char> agrees;                              // per point, in the order given
   int agreeing = 0;
   bool found = false;
 

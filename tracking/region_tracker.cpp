@@ -9,7 +9,7 @@ namespace roseau::tracking {
 namespace {
 
 constexpr int kLeastPoints = 4;
-constexpr double kLeastShare = 0.25;  // of the reference's points, for a region to count as seen
+constexpr double kLeastShare = 0.25;     // of the reference's points, for a region to count as seen
 constexpr std::uint16_t kProbation = 5;  // frames a new point has to agree before it counts
 
 // Least scatter of one point, px: of flow between two pictures and of a match with the reference.
@@ -18,8 +18,10 @@ constexpr double kMatchNoise = 0.04;
 // What the sum of steps loses per frame beyond the scatter seen, px: points on one thing err together.
 constexpr double kStepFloor = 0.003;
 constexpr double kReferenceFloor = 0.003;
-constexpr double kSurprise = 3;       // standard deviations: the filter's own idea is given up beyond
-constexpr double kLostGrowth = 1;     // px of standard deviation added in quadrature by every frame not seen
+// What it costs, px, to hand the reference on to new points: those that go are changing their look, and err together.
+constexpr double kHandOver = 0.05;
+constexpr double kSurprise = 3;    // standard deviations: the filter's own idea is given up beyond
+constexpr double kLostGrowth = 1;  // px of standard deviation added in quadrature by every frame not seen
 
 constexpr double kStill = 0.3;   // px from the reference: standing still
 constexpr double kMoving = 1.0;  // px from the reference: moving
@@ -47,6 +49,7 @@ bool RegionTracker::start(const Flow& flow, const ImageRect& region, int count, 
   agreeing_ = static_cast<int>(reference_count_);
   last_step_ = {};
   covariance_.setZero();
+  reference_variance_ = 0;
   camera_before_ = camera.at(placement_.centre);
   frame_ = frames_lost_ = 0;
   return valid_;
@@ -56,6 +59,8 @@ int RegionTracker::least_agreeing() const {
   const int present = std::min(static_cast<int>(reference_count_), features_.wanted());
   return std::max(kLeastPoints, static_cast<int>(std::ceil(kLeastShare * present)));
 }
+
+Eigen::Matrix2d RegionTracker::covariance() const { return covariance_ + Eigen::Matrix2d::Identity() * reference_variance_; }
 
 float RegionTracker::health() const {
   const int present = std::min(features_.wanted(), static_cast<int>(features_.all().size()));
@@ -67,9 +72,7 @@ ImageRect RegionTracker::region_now() const {
   return {region_.x + moved.x(), region_.y + moved.y(), region_.width, region_.height};
 }
 
-void RegionTracker::collect(std::vector<FlowPoint>& points) const {
-  features_.collect(points, last_step_, placement_.centre);
-}
+void RegionTracker::collect(std::vector<FlowPoint>& points) const { features_.collect(points, last_step_, placement_.centre); }
 
 void RegionTracker::update(std::span<const FlowPoint> points, const Flow& flow, const CameraMotion& camera) {
   ++frame_;
@@ -144,8 +147,7 @@ void RegionTracker::judge() {
 }
 
 void RegionTracker::blend(const Step& step) {
-  const Eigen::Matrix2d reference_covariance =
-      reference_.covariance + squared(kReferenceFloor) + squared(std::sqrt(reference_variance_));
+  const Eigen::Matrix2d reference_covariance = reference_.covariance + squared(kReferenceFloor);
   if (valid_ && step.found) {
     const Eigen::Vector2d camera_step = placement_.camera.at(placement_.centre) - camera_before_;
     const Eigen::Vector2d predicted = displacement() + step.motion.displacement - camera_step;
@@ -180,8 +182,8 @@ void RegionTracker::look_for(const Flow& flow) {
     probes_.push_back({&*all[i].coarse, at.array().round().matrix().cast<int>()});
   }
   constexpr double kScale = 1 << kCoarseLevel;
-  const CoarseShift found = coarse_search(flow.current(kCoarseLevel), probes_,
-                                          static_cast<int>(std::ceil(options_.search_radius_px / kScale)));
+  const CoarseShift found =
+      coarse_search(flow.current(kCoarseLevel), probes_, static_cast<int>(std::ceil(options_.search_radius_px / kScale)));
   const Eigen::Vector2d candidate = held.motion.displacement + kScale * found.shift.cast<double>();
   if (try_at(candidate, flow) || try_at(Eigen::Vector2d::Zero(), flow)) return;
   placement_ = held;
@@ -225,8 +227,8 @@ void RegionTracker::count_still() {
 void RegionTracker::replenish(const Flow& flow, std::span<const ImageRect> keep_out) {
   if (!valid_) return;
   enters(Work::renewal);
-  features_.replenish(flow, region_now(), keep_out, placement_, 0.5 * covariance_.trace() + squared(kReferenceFloor)(0, 0),
-                      frame_);
+  const double variance = 0.5 * covariance().trace() + kHandOver * kHandOver;
+  features_.replenish(flow, region_now(), keep_out, placement_, variance, frame_);
 }
 
 void RegionTracker::save(CheckpointWriter& out) const {
@@ -241,6 +243,7 @@ void RegionTracker::save(CheckpointWriter& out) const {
   out.put(placement_.camera.centre);
   out.put(placement_.camera.covariance);
   out.put(covariance_);
+  out.put(reference_variance_);
   out.put(camera_before_);
   out.put(started_);
   out.put(valid_);
@@ -261,6 +264,7 @@ void RegionTracker::load(CheckpointReader& in) {
   in.get(placement_.camera.centre);
   in.get(placement_.camera.covariance);
   in.get(covariance_);
+  in.get(reference_variance_);
   in.get(camera_before_);
   in.get(started_);
   in.get(valid_);

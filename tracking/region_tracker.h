@@ -51,7 +51,7 @@ class RegionTracker {
   /// Relative to the background, px.
   Eigen::Vector2d displacement() const { return placement_.motion.displacement; }
   /// Of displacement(), from the scatter of the points; the camera motion's own is not in it.
-  const Eigen::Matrix2d& covariance() const { return covariance_; }
+  Eigen::Matrix2d covariance() const;
   /// False: start() found too few points; it may be called again.
   bool started() const { return started_; }
   bool valid() const { return valid_; }
@@ -97,7 +97,8 @@ class RegionTracker {
   FeatureSet features_;
   Placement placement_;
   RegionMotion last_step_;
-  Eigen::Matrix2d covariance_ = Eigen::Matrix2d::Zero();
+  Eigen::Matrix2d covariance_ = Eigen::Matrix2d::Zero();     // of the filter; what its reference itself is off comes on top:
+  double reference_variance_ = 0;                            // 0 while it rests on points of the reference picture
   Eigen::Vector2d camera_before_ = Eigen::Vector2d::Zero();  // the camera's part at the centre, in the previous picture
   bool started_ = false;
   bool valid_ = false;
@@ -107,8 +108,7 @@ class RegionTracker {
 
   // Working memory, not state.
   RegionFitter fitter_;
-  RegionFit reference_;              // this frame's fit of displacement from the reference
-  double reference_variance_ = 0;    // of the points that it rests on
+  RegionFit reference_;  // this frame's fit of displacement from the reference
   std::vector<RegionPoint> fit_points_;
   std::vector<CoarseProbe> probes_;
 };

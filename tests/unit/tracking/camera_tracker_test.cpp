@@ -16,14 +16,14 @@ namespace {
 using Eigen::Vector2d;
 using testing::Picture;
 using testing::Pose;
-using testing::TrackerRun;
 using testing::Texture;
+using testing::TrackerRun;
 
 constexpr int kWidth = 240;
 constexpr int kHeight = 180;
 constexpr double kFrameTime = 1.0 / 30;
-const ImageRect kTarget{70, 40, 100, 100};    // what tracking is told
-const ImageRect kBranch{60, 30, 120, 120};    // what moves
+const ImageRect kTarget{70, 40, 100, 100};  // what tracking is told
+const ImageRect kBranch{60, 30, 120, 120};  // what moves
 const Vector2d kBranchCentre{120, 90};
 
 TrackerOptions one_target() {
@@ -106,9 +106,7 @@ TEST(CameraTracker, FollowsASwayToAHundredthOfAPixel) {
 }
 
 TEST(CameraTracker, TakesTheCamerasShakeOff) {
-  const auto shake = [](int i) {
-    return Vector2d(3 * std::sin(0.45 * i), 2 * std::cos(0.37 * i) - 2);
-  };
+  const auto shake = [](int i) { return Vector2d(3 * std::sin(0.45 * i), 2 * std::cos(0.37 * i) - 2); };
   TrackerOptions plain = one_target();
   plain.subtract_background = false;
   Scene scene;
@@ -218,7 +216,8 @@ TEST(CameraTracker, AnOccludedTargetIsSaidToBeLostAndFoundAgain) {
   // Held at the last good value, with a covariance that says so.
   const int covered = static_cast<int>(std::ranges::find(mostly_covered, true) - mostly_covered.begin());
   EXPECT_GT(measured[static_cast<std::size_t>(covered + 2)].covariance.xx, 1.0);
-  const Errors after = errors_of(measured, [](int i) { return sway(i); }, 60);
+  const Errors after = errors_of(
+      measured, [](int i) { return sway(i); }, 60);
   EXPECT_EQ(after.valid, after.frames) << "the board is gone from frame 50 on";
   EXPECT_LT(after.rms_px, 0.01) << "the reference was taken up again, not a new one";
   EXPECT_GT(measured.back().health, 0.9F);
@@ -260,7 +259,8 @@ TEST(CameraTracker, WallSeenInsideTheRectangleIsNotTheTarget) {
     picture.add_noise(scene.noise, scene.random);
     run.frame(picture);
   }
-  const Errors errors = errors_of(run.displacements("branch"), [](int i) { return sway(i); }, 45);
+  const Errors errors = errors_of(
+      run.displacements("branch"), [](int i) { return sway(i); }, 45);
   EXPECT_EQ(errors.valid, errors.frames);
   EXPECT_LT(errors.rms_px, 0.05);
 }
@@ -283,8 +283,7 @@ TEST(CameraTracker, NewPointsReplaceThoseWhoseLookChanged) {
   const Errors errors = errors_of(measured, [](int i) { return sway(i); });
   EXPECT_GE(errors.valid, 140);
   EXPECT_LT(errors.most_px, 0.6) << "the reference is handed on with an error, but not lost";
-  EXPECT_GT(std::sqrt(measured.back().covariance.xx), std::sqrt(measured[10].covariance.xx))
-      << "and the error is owned up to";
+  EXPECT_GT(std::sqrt(measured.back().covariance.xx), std::sqrt(measured[10].covariance.xx)) << "and the error is owned up to";
 }
 
 TEST(CameraTracker, PointsAndOutlinesAreThereForShowing) {
@@ -362,7 +361,8 @@ TEST(CameraTracker, ATargetAddedAgainStartsAnewAndItsNumberingGoesOn) {
   EXPECT_NEAR(measured[9].x, sway(9).x() - sway(5).x(), 0.03);
   std::uint32_t expected = 0;
   for (const Sample& sample : run.collected.samples) {
-    if (std::holds_alternative<Displacement>(sample.payload)) EXPECT_EQ(sample.header.sequence, expected++);
+    if (!std::holds_alternative<Displacement>(sample.payload)) continue;
+    EXPECT_EQ(sample.header.sequence, expected++);
   }
 }
 
@@ -473,8 +473,8 @@ TEST(AutomaticTargets, WhatMovesIsFoundAndWhatDoesNotIsNot) {
   EXPECT_LT(region.width, 160);
   const int start = 80 - static_cast<int>(run.displacements("auto0").size());
   EXPECT_EQ(start, 40);
-  const Errors errors =
-      errors_of(run.displacements("auto0"), [&](int i) -> Vector2d { return sway(start + i) - sway(start); }, 20);
+  const Errors errors = errors_of(
+      run.displacements("auto0"), [&](int i) -> Vector2d { return sway(start + i) - sway(start); }, 20);
   EXPECT_EQ(errors.valid, errors.frames);
   EXPECT_LT(errors.rms_px, 0.03);
 }

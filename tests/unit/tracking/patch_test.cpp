@@ -155,8 +155,8 @@ TEST(Patch, StopsAtThePicturesEdge) {
   const cv::Mat gray = mat_of(texture_at({}));
   const auto patch = Patch::cut(gray, 80, 60);
   ASSERT_TRUE(patch);
-  for (const Eigen::Vector2d& start : {Eigen::Vector2d(-5, 60), Eigen::Vector2d(159, 60), Eigen::Vector2d(80, 1e9),
-                                       Eigen::Vector2d(std::nan(""), 60)}) {
+  for (const Eigen::Vector2d& start :
+       {Eigen::Vector2d(-5, 60), Eigen::Vector2d(159, 60), Eigen::Vector2d(80, 1e9), Eigen::Vector2d(std::nan(""), 60)}) {
     EXPECT_FALSE(patch->align(gray, start, kNoWarp, 4).found);
     EXPECT_FALSE(patch->align(gray, start, testing::rotation(0.5), 4).found);
   }

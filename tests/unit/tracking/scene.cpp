@@ -12,8 +12,8 @@ namespace {
 
 /// 1 inside, 0 outside, linear over one pixel at the edge.
 double coverage(const ImageRect& shape, const Eigen::Vector2d& at) {
-  const double inside = std::min({at.x() - shape.x, shape.x + shape.width - at.x(), at.y() - shape.y,
-                                  shape.y + shape.height - at.y()});
+  const double inside =
+      std::min({at.x() - shape.x, shape.x + shape.width - at.x(), at.y() - shape.y, shape.y + shape.height - at.y()});
   return std::clamp(inside + 0.5, 0.0, 1.0);
 }
 
