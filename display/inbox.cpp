@@ -32,7 +32,7 @@ bool Inbox::push(InboxItem item) {
 
 std::optional<InboxItem> Inbox::pop(std::chrono::milliseconds timeout) {
   std::unique_lock lock(mutex_);
-  arrived_.wait_for(lock, timeout, [this] { return !small_.empty() || !latest_.empty(); });
+  arrived_.wait_for(lock, timeout, [this] { return closed_ || !small_.empty() || !latest_.empty(); });
   return take();
 }
 
@@ -49,6 +49,14 @@ std::optional<InboxItem> Inbox::take() {
   InboxItem item = std::move(chosen->second);
   latest_.erase(chosen);
   return item;
+}
+
+void Inbox::close() {
+  {
+    const std::scoped_lock lock(mutex_);
+    closed_ = true;
+  }
+  arrived_.notify_all();
 }
 
 void Inbox::count_drop(StreamId stream) {

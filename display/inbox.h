@@ -35,6 +35,9 @@ class Inbox {
   /// The next item, waiting for one until `timeout`. Small messages first.
   std::optional<InboxItem> pop(std::chrono::milliseconds timeout);
 
+  /// Ends the waiting of pop(), now and for good.
+  void close();
+
   /// For an item the consumer had to leave out.
   void count_drop(StreamId stream);
 
@@ -51,6 +54,7 @@ class Inbox {
   std::map<StreamId, InboxItem> latest_;
   StreamId last_stream_ = 0;
   std::map<StreamId, std::uint64_t> dropped_;
+  bool closed_ = false;
 };
 
 }  // namespace roseau::display

@@ -23,7 +23,7 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kStateInterval{250};  // so that the page can call the daemon lost after a second and a half
 constexpr milliseconds kReplayTimeInterval{50};
-constexpr milliseconds kWorkerWait{100};     // how long a stop may wait for the worker
+constexpr milliseconds kWorkerWait{100};     // a stream without samples is told of within this
 constexpr std::size_t kMostInTransit = 512;  // messages between the two threads before pictures are left out
 
 std::string own_host_name() {
@@ -95,6 +95,7 @@ class DisplayServer::Impl final : public WebHandler {
 
   void stop() {
     stopping_ = true;
+    inbox_.close();
     if (worker_thread_.joinable()) worker_thread_.join();
     if (!server_thread_.joinable()) return;
     web_.stop();
