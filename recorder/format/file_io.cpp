@@ -57,6 +57,15 @@ Error file_error(const char* what, const std::string& path, int error_number) {
           std::string(what) + " " + path + ": " + std::strerror(error_number) + advice_for(error_number)};
 }
 
+/// The new file's name must survive a power cut too. Best effort: some file systems cannot, and the file is there anyhow.
+void sync_directory(const std::filesystem::path& file) {
+  const auto directory = file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+  const int fd = ::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) return;
+  static_cast<void>(::fsync(fd));
+  ::close(fd);
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------------------------------------------------
@@ -65,6 +74,7 @@ Error file_error(const char* what, const std::string& path, int error_number) {
 Result<std::unique_ptr<FileWritable>> FileWritable::create(const std::filesystem::path& path) {
   const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (fd < 0) return file_error("cannot create", path.string(), errno);
+  sync_directory(path);
   return adopt(fd, path.string());
 }
 
@@ -79,9 +89,22 @@ FileWritable::~FileWritable() {
 Error FileWritable::failure(const char* what, int error_number) const { return file_error(what, path_, error_number); }
 
 Result<void> FileWritable::append(std::span<const std::span<const std::byte>> parts) {
+  if (broken_) return *broken_;
   std::uint64_t bytes = 0;
   for (const auto& part : parts) bytes += part.size();
   if (auto reserved = reserve(bytes); !reserved) return reserved;
+  const std::uint64_t size_before = size_;
+  auto written = write_parts(parts);
+  if (!written && size_ != size_before) {
+    const auto end = static_cast<off_t>(size_before);
+    if (::ftruncate(fd_, end) != 0 || ::lseek(fd_, end, SEEK_SET) != end) broken_ = written.error();
+    size_ = size_before;
+  }
+  if (written) start_writeback();
+  return written;
+}
+
+Result<void> FileWritable::write_parts(std::span<const std::span<const std::byte>> parts) {
   std::array<iovec, kMaxParts> vectors;
   for (std::size_t at = 0; at < parts.size(); at += kMaxParts) {
     const auto some = parts.subspan(at, std::min(kMaxParts, parts.size() - at));
@@ -90,7 +113,6 @@ Result<void> FileWritable::append(std::span<const std::span<const std::byte>> pa
     });
     if (auto written = write_all(std::span(vectors).first(some.size())); !written) return written;
   }
-  start_writeback();
   return {};
 }
 
@@ -120,7 +142,7 @@ Result<void> FileWritable::write_all(std::span<iovec> parts) {
 }
 
 Result<void> FileWritable::reserve(std::uint64_t bytes) {
-  const std::uint64_t needed = size_ + bytes + (reserve_allowed_ ? 0 : kReserveBytes);
+  const std::uint64_t needed = size_ + bytes + (closing_ ? 0 : kReserveBytes);
   if (!can_reserve_ || needed <= reserved_until_) return {};
   // In large steps while there is room, then exactly what is needed.
   for (const std::uint64_t until : {needed + kReserveStep, needed}) {

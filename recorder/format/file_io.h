@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "recorder/format/io.h"
@@ -14,8 +15,8 @@ namespace roseau::mcap {
 
 /// Appends to a new file with writev: the parts go to the kernel from where they are, without a copy.
 /// Space is reserved ahead of the end in large steps (where the file system can), so that a disk that fills up is noticed while
-/// there is still room for the summary: `append` then fails with no_space, and after allow_reserve() the last
-/// `kReserveBytes` may be used to close the file properly.
+/// there is still room for the summary: `append` then fails with no_space, and after begin_closing() the last `kReserveBytes`
+/// may be used to close the file properly. What is reserved is not seen in the file's size, not even after a crash.
 class FileWritable : public Writable {
  public:
   static constexpr std::uint64_t kReserveBytes = 4U << 20U;
@@ -31,15 +32,15 @@ class FileWritable : public Writable {
   Result<void> append(std::span<const std::span<const std::byte>> parts) override;
   Result<void> sync() override;
 
-  /// From now on the reserved space may be used: the file is about to be closed.
-  void allow_reserve() { reserve_allowed_ = true; }
-  /// Gives back what was reserved beyond the end, syncs and closes. Afterwards only the destructor may be called.
-  Result<void> close();
+  void begin_closing() override { closing_ = true; }
+  /// Also gives back what was reserved beyond the end.
+  Result<void> close() override;
 
   std::uint64_t size() const { return size_; }
 
  private:
   FileWritable(int fd, std::string path) : fd_(fd), path_(std::move(path)) {}
+  Result<void> write_parts(std::span<const std::span<const std::byte>> parts);
   Result<void> write_all(std::span<iovec> parts);
   Result<void> reserve(std::uint64_t bytes);
   void start_writeback();
@@ -51,7 +52,8 @@ class FileWritable : public Writable {
   std::uint64_t reserved_until_ = 0;
   std::uint64_t writeback_until_ = 0;
   bool can_reserve_ = true;
-  bool reserve_allowed_ = false;
+  bool closing_ = false;
+  std::optional<Error> broken_;  // bytes of a failed append could not be taken back
 };
 
 class FileReadable : public Readable {

@@ -13,10 +13,15 @@ namespace roseau::mcap {
 class Writable {
  public:
   virtual ~Writable() = default;
-  /// Appends every part in order, all bytes or an Error. After an Error nothing is known about how much was written.
+  /// Appends every part in order, all bytes or an Error. After an Error nothing of this call has been written; where that could
+  /// not be arranged, every later call fails too.
   virtual Result<void> append(std::span<const std::span<const std::byte>> parts) = 0;
   /// Returns when what was appended would survive a power cut.
   virtual Result<void> sync() = 0;
+  /// The last appends follow: space that was held back for them may now be used.
+  virtual void begin_closing() {}
+  /// Syncs and closes; nothing but destruction may follow.
+  virtual Result<void> close() { return sync(); }
 };
 
 /// Random access to bytes that do not change while they are read. One thread at a time.

@@ -57,7 +57,7 @@ class StreamReader {
   bool complete_ = false;
   std::string ending_;
 
-  std::uint32_t section_crc_ = 0;  // of the data section, then of the summary, up to here
+  std::uint32_t section_crc_ = 0;    // of the data section, then of the summary, up to here
   std::uint64_t summary_start_ = 0;  // 0: still in the data section
 
   std::vector<std::byte> chunk_buffer_;

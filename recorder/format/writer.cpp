@@ -9,9 +9,10 @@ namespace roseau::mcap {
 
 Result<void> Writer::append(std::span<const std::byte> bytes) {
   const std::span<const std::byte> parts[] = {bytes};
+  if (auto appended = out_.append(parts); !appended) return appended;
   data_crc_ = crc32(data_crc_, bytes);
   position_ += bytes.size();
-  return out_.append(parts);
+  return {};
 }
 
 template <class T>
@@ -49,35 +50,38 @@ void Writer::count_messages(std::uint16_t channel_id, std::uint64_t count, std::
 }
 
 Result<void> Writer::write(const Schema& schema) {
-  remember(schema);
-  return write_record(schema);
+  auto written = write_record(schema);
+  if (written) remember(schema);
+  return written;
 }
 
 Result<void> Writer::write(const Channel& channel) {
-  remember(channel);
-  return write_record(channel);
+  auto written = write_record(channel);
+  if (written) remember(channel);
+  return written;
 }
 
 Result<void> Writer::write(const Message& message) {
-  count_messages(message.channel_id, 1, message.log_time_ns, message.log_time_ns);
-  return write_record(message);
+  auto written = write_record(message);
+  if (written) count_messages(message.channel_id, 1, message.log_time_ns, message.log_time_ns);
+  return written;
 }
 
 Result<void> Writer::write(const Attachment& attachment) {
   const std::uint64_t offset = position_;
-  auto written = write_record(attachment);
+  if (auto written = write_record(attachment); !written) return written;
   ++statistics_.attachment_count;
   attachment_indexes_.push_back({offset, position_ - offset, attachment.log_time_ns, attachment.create_time_ns,
                                  attachment.data.size(), attachment.name, attachment.media_type});
-  return written;
+  return {};
 }
 
 Result<void> Writer::write(const Metadata& metadata) {
   const std::uint64_t offset = position_;
-  auto written = write_record(metadata);
+  if (auto written = write_record(metadata); !written) return written;
   ++statistics_.metadata_count;
   metadata_indexes_.push_back({offset, position_ - offset, metadata.name});
-  return written;
+  return {};
 }
 
 Result<void> Writer::write_private(Opcode opcode, const Metadata& content) {
@@ -89,57 +93,63 @@ Result<void> Writer::write_private(Opcode opcode, const Metadata& content) {
 
 Result<void> Writer::write(const ChunkBuilder& chunk) {
   if (chunk.empty()) return {};
-  for (const Schema& schema : chunk.schemas()) remember(schema);
-  for (const Channel& channel : chunk.channels()) remember(channel);
-
-  // The records are summed once: for the chunk's own CRC, and (stored uncompressed) for the data section's.
-  parts_.clear();
-  chunk.parts(parts_);
-  Chunk record{.start_time_ns = chunk.start_time_ns(),
-               .end_time_ns = chunk.end_time_ns(),
-               .uncompressed_size = chunk.uncompressed_bytes()};
-  for (const auto& part : parts_) record.uncompressed_crc = crc32(record.uncompressed_crc, part);
-
-  bool stored_as_is = true;
-  if (chunk.compression() != Compression::none) {
-    ROSEAU_CHECK(parts_.size() == 1);
-    if (auto done = compress(chunk.compression(), parts_[0], compressed_); !done) return done;
-    stored_as_is = compressed_.size() >= chunk.uncompressed_bytes();
-    if (!stored_as_is) {
-      parts_[0] = compressed_;
-      record.compression = to_string(chunk.compression());
-    }
-  }
-  std::uint64_t stored_bytes = 0;
-  std::uint32_t stored_crc = record.uncompressed_crc;
-  for (const auto& part : parts_) stored_bytes += part.size();
-  if (!stored_as_is) stored_crc = crc32(0, compressed_);
-
+  auto stored = store(chunk);
+  if (!stored) return stored.error();
+  const Chunk& record = stored->record;
   scratch_.clear();
-  encode_chunk_head(record, stored_bytes, scratch_);
+  encode_chunk_head(record, stored->bytes, scratch_);
   ChunkIndex index{.start_time_ns = record.start_time_ns,
                    .end_time_ns = record.end_time_ns,
                    .chunk_offset = position_,
-                   .chunk_length = scratch_.size() + stored_bytes,
+                   .chunk_length = scratch_.size() + stored->bytes,
                    .compression = record.compression,
-                   .compressed_size = stored_bytes,
+                   .compressed_size = stored->bytes,
                    .uncompressed_size = record.uncompressed_size};
   const auto message_indexes = encode_message_indexes(chunk, position_ + index.chunk_length, index);
 
+  parts_.insert(parts_.begin(), scratch_);
+  parts_.push_back(message_indexes);
+  if (auto appended = out_.append(parts_); !appended) return appended;
   data_crc_ = crc32(data_crc_, scratch_);
-  data_crc_ = crc32_combine(data_crc_, stored_crc, stored_bytes);
+  data_crc_ = crc32_combine(data_crc_, stored->crc, stored->bytes);
   data_crc_ = crc32(data_crc_, message_indexes);
   position_ += index.chunk_length + message_indexes.size();
+  count(chunk);
+  chunk_indexes_.push_back(std::move(index));
+  return {};
+}
+
+/// Compresses the chunk where that is wanted and helps; what is to be written is then in parts_. The records are summed once:
+/// for the chunk's own CRC and, stored as they are, for the data section's.
+Result<Writer::StoredChunk> Writer::store(const ChunkBuilder& chunk) {
+  parts_.clear();
+  chunk.parts(parts_);
+  StoredChunk stored{.record = {.start_time_ns = chunk.start_time_ns(),
+                                .end_time_ns = chunk.end_time_ns(),
+                                .uncompressed_size = chunk.uncompressed_bytes()},
+                     .bytes = chunk.uncompressed_bytes()};
+  for (const auto& part : parts_) stored.crc = crc32(stored.crc, part);
+  stored.record.uncompressed_crc = stored.crc;
+  if (chunk.compression() == Compression::none) return stored;
+
+  ROSEAU_CHECK(parts_.size() == 1);
+  if (auto done = compress(chunk.compression(), parts_[0], compressed_); !done) return done.error();
+  if (compressed_.size() >= chunk.uncompressed_bytes()) return stored;
+  parts_[0] = compressed_;
+  stored.record.compression = to_string(chunk.compression());
+  stored.bytes = compressed_.size();
+  stored.crc = crc32(0, compressed_);
+  return stored;
+}
+
+void Writer::count(const ChunkBuilder& chunk) {
   ++statistics_.chunk_count;
+  for (const Schema& schema : chunk.schemas()) remember(schema);
+  for (const Channel& channel : chunk.channels()) remember(channel);
   for (const auto& [channel_id, messages] : chunk.indexes()) {
     if (messages.entries.empty()) continue;
     count_messages(channel_id, messages.entries.size(), chunk.start_time_ns(), chunk.end_time_ns());
   }
-  chunk_indexes_.push_back(std::move(index));
-
-  parts_.insert(parts_.begin(), scratch_);
-  parts_.push_back(message_indexes);
-  return out_.append(parts_);
 }
 
 std::vector<std::byte> Writer::encode_message_indexes(const ChunkBuilder& chunk, std::uint64_t position,

@@ -1,8 +1,8 @@
 // Writer: one MCAP file, from the first magic to the last, with every CRC the format has.
 //
 // begin, then any records, then finish. Nothing is held back between calls: what a call was given has been handed to the
-// Writable when it returns. After an Error the file is broken at an unknown place and nothing more should be written; a reader
-// gets everything up to the last whole record. One thread at a time.
+// Writable when it returns. A call that fails leaves the writer as if it had not been made, so that finish may still give a
+// whole file (io.h says when). One thread at a time.
 #pragma once
 
 #include <cstddef>
@@ -57,6 +57,13 @@ class Writer {
   void remember(const Schema& schema);
   void remember(const Channel& channel);
   void count_messages(std::uint16_t channel_id, std::uint64_t count, std::uint64_t start_ns, std::uint64_t end_ns);
+  struct StoredChunk {
+    Chunk record;
+    std::uint64_t bytes = 0;  // as stored
+    std::uint32_t crc = 0;    // of these
+  };
+  Result<StoredChunk> store(const ChunkBuilder& chunk);
+  void count(const ChunkBuilder& chunk);
   template <class T>
   Result<void> write_record(const T& record);
   Result<void> append(std::span<const std::byte> bytes);

@@ -3,9 +3,11 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <fstream>
 
 #include "recorder/format/indexed_reader.h"
@@ -87,6 +89,41 @@ TEST_F(FileIo, AFullDiskIsAnErrorAtOnce) {
   EXPECT_EQ(written.error().code, ErrorCode::no_space);
   EXPECT_THAT(written.error().message, HasSubstr("/dev/full"));
   EXPECT_THAT(written.error().message, HasSubstr("free some space"));
+}
+
+/// Files of this process may not grow beyond `bytes` while this lives: a disk that takes a part of a write and no more.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) {
+    ::signal(SIGXFSZ, SIG_IGN);
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() { ::setrlimit(RLIMIT_FSIZE, &before_); }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+TEST_F(FileIo, AWriteThatFailsInTheMiddleIsTakenBack) {
+  auto file = FileWritable::create(directory / "a");
+  ASSERT_TRUE(file);
+  const auto large = bytes(3000);
+  const auto small = bytes(1000);
+  const std::span<const std::byte> large_parts[] = {large, large};
+  const std::span<const std::byte> small_parts[] = {small};
+  {
+    const FileSizeLimit limit(10'000);
+    ASSERT_TRUE((*file)->append(large_parts));
+    EXPECT_FALSE((*file)->append(large_parts));
+    EXPECT_EQ(std::filesystem::file_size(directory / "a"), 6000U);
+    EXPECT_TRUE((*file)->append(small_parts));  // what fits may still be written: the summary
+  }
+  ASSERT_TRUE((*file)->close());
+  EXPECT_EQ(std::filesystem::file_size(directory / "a"), 7000U);
 }
 
 TEST_F(FileIo, AWriterOnAFullDiskSaysSo) {

@@ -1,0 +1,128 @@
+#include "recorder/session_writer.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "recorder/recorder.h"
+#include "schema/conversion.h"
+
+namespace roseau::recorder {
+
+SessionWriter::SessionWriter(mcap::Writable& out, const StreamTable& streams, const RecorderOptions& options)
+    : writer_(out), streams_(streams), options_(options) {}
+
+Result<void> SessionWriter::begin(const SessionDescription& description) {
+  if (auto begun = writer_.begin({"x-roseau", "roseau " + description.program_version}); !begun) return begun;
+  mcap::SessionInfo info{.schema_version = schema::kSchemaVersion,
+                         .program_version = description.program_version,
+                         .utc_minus_host_time = description.utc_minus_host_time,
+                         .other = description.other};
+  if (auto written = writer_.write(to_metadata(info)); !written) return written;
+  const std::pair<std::string_view, const std::string&> texts[] = {{mcap::kConfigAttachment, description.config_text},
+                                                                   {mcap::kSiteAttachment, description.site_text}};
+  for (const auto& [name, text] : texts) {
+    if (text.empty()) continue;
+    const mcap::Attachment attachment{
+        .name = std::string(name), .media_type = std::string(mcap::kTomlMediaType), .data = std::as_bytes(std::span(text))};
+    if (auto written = writer_.write(attachment); !written) return written;
+  }
+  return {};
+}
+
+Result<std::uint16_t> SessionWriter::schema_id_of(SampleKind kind) {
+  if (const auto known = schema_ids_.find(kind); known != schema_ids_.end()) return known->second;
+  const auto id = static_cast<std::uint16_t>(schema_ids_.size() + 1);
+  if (auto written = writer_.write(mcap::make_schema(kind, id)); !written) return written.error();
+  schema_ids_[kind] = id;
+  return id;
+}
+
+/// Schemas and channels stand outside of chunks, before their first message: a damaged chunk then costs only itself.
+Result<std::uint16_t> SessionWriter::channel_id_of(const Sample& sample) {
+  const StreamId stream = sample.header.stream;
+  if (stream >= channel_ids_.size()) channel_ids_.resize(stream + 1U);
+  if (channel_ids_[stream]) return *channel_ids_[stream];
+  const StreamInfo& info = streams_.info(stream);
+  ROSEAU_CHECK(info.kind == to_string(sample.kind()));
+  const auto schema_id = schema_id_of(sample.kind());
+  if (!schema_id) return schema_id.error();
+  if (auto written = writer_.write(mcap::make_channel(info, next_channel_id_, *schema_id)); !written) return written.error();
+  channel_ids_[stream] = next_channel_id_;
+  return next_channel_id_++;
+}
+
+Result<void> SessionWriter::add(const Sample& sample, HostTime log_time, std::uint64_t budget_bytes) {
+  const auto channel_id = channel_id_of(sample);
+  if (!channel_id) {
+    ++written_.lost[sample.header.stream];
+    written_.budget_bytes += budget_bytes;
+    return channel_id.error();
+  }
+  const auto* frame = std::get_if<Frame>(&sample.payload);
+  OpenChunk& open = frame != nullptr ? images_ : small_;
+  const auto pixels = schema::serialize_head(sample, streams_, head_);
+  open.chunk.add({.channel_id = *channel_id,
+                  .sequence = sample.header.sequence,
+                  .log_time_ns = mcap::log_time_from(log_time),
+                  .publish_time_ns = mcap::log_time_from(sample.header.sample_time),
+                  .data = head_},
+                 pixels);
+  if (frame != nullptr) open.leases.push_back(frame->pixels);
+  ++open.held.samples[sample.header.stream];
+  open.held.budget_bytes += budget_bytes;
+
+  const auto slice_ns = static_cast<std::uint64_t>(options_.chunk_time.count());
+  const bool full = open.chunk.uncompressed_bytes() >= options_.chunk_bytes;
+  const bool long_enough = open.chunk.end_time_ns() - open.chunk.start_time_ns() >= slice_ns;
+  return full || long_enough ? write(open) : Result<void>{};
+}
+
+Result<void> SessionWriter::write(OpenChunk& open) {
+  if (open.chunk.empty()) return {};
+  if (auto written = writer_.write(open.chunk); !written) return written;
+  written_.budget_bytes += open.held.budget_bytes;
+  for (const auto& [stream, count] : open.held.samples) written_.samples[stream] += count;
+  clear(open);
+  return {};
+}
+
+void SessionWriter::clear(OpenChunk& open) {
+  open.held = {};
+  open.leases.clear();
+  open.chunk.clear();
+  open.older = false;
+}
+
+Result<void> SessionWriter::flush() {
+  auto written = write(images_);
+  return written ? write(small_) : written;
+}
+
+Result<void> SessionWriter::flush_older() {
+  for (OpenChunk* open : {&images_, &small_}) {
+    if (open->older) {
+      if (auto written = write(*open); !written) return written;
+    }
+    open->older = !open->chunk.empty();
+  }
+  return {};
+}
+
+Result<void> SessionWriter::checkpoint(const mcap::TopicCounters& counters) {
+  return writer_.write_private(mcap::kCheckpointOpcode, mcap::to_metadata(counters));
+}
+
+Result<void> SessionWriter::finish(const mcap::TopicCounters& counters) {
+  if (auto written = writer_.write(mcap::to_metadata(counters)); !written) return written;
+  return writer_.finish();
+}
+
+void SessionWriter::abandon() {
+  for (OpenChunk* open : {&images_, &small_}) {
+    written_.budget_bytes += open->held.budget_bytes;
+    for (const auto& [stream, count] : open->held.samples) written_.lost[stream] += count;
+    clear(*open);
+  }
+}
+
+}  // namespace roseau::recorder
