@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <ctime>
 #include <filesystem>
@@ -22,6 +23,11 @@ HostTime monotonic_now() {
 }
 
 std::uint64_t to_count(double property) { return property > 0 ? static_cast<std::uint64_t>(std::llround(property)) : 0; }
+
+std::size_t buffer_count_for(std::size_t frame_bytes, std::size_t asked_for) {
+  constexpr std::size_t kUsualBytes = std::size_t{64} << 20U;
+  return asked_for > 0 ? asked_for : std::clamp<std::size_t>(kUsualBytes / frame_bytes, 4, 64);
+}
 
 // OpenCV reports by exception what it does not report by false.
 template <class Function>
@@ -90,7 +96,8 @@ Result<void> OpencvVideoFile::open_file() {
   info_.height = static_cast<std::uint32_t>(colour_.rows);
   grabbed_time_ = time_in_file().value_or(Duration{0});
   has_grabbed_ = true;
-  pool_.emplace(options_.buffer_count, std::size_t{info_.width} * info_.height * bytes_per_pixel(options_.format));
+  const std::size_t frame_bytes = std::size_t{info_.width} * info_.height * bytes_per_pixel(options_.format);
+  pool_.emplace(buffer_count_for(frame_bytes, options_.buffer_count), frame_bytes);
   return {};
 }
 

@@ -32,7 +32,8 @@ struct VideoFileOptions {
   /// True: each frame comes when its time has come, as from a live camera (give no `start` then). False: as fast as the
   /// consumer takes them.
   bool is_paced = false;
-  std::size_t buffer_count = 16;  // frames that consumers may hold at once, at most 64
+  /// Frames that consumers may hold at once, at most 64. 0: about 64 MB of them, at least 4.
+  std::size_t buffer_count = 0;
 };
 
 /// What the file says and what it held so far.

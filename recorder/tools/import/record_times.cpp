@@ -126,7 +126,7 @@ std::optional<Duration> parse_time_stamp(std::string_view text) {
   const std::chrono::year_month_day date{std::chrono::year{year}, std::chrono::month{static_cast<unsigned>(month)},
                                          std::chrono::day{static_cast<unsigned>(day)}};
   const auto fraction = parse_fraction(text);
-  constexpr int kLastHour = 24;  // loggers end a day with 24:00
+  constexpr int kLastHour = 24;                          // loggers end a day with 24:00
   const bool is_our_time = year >= 1900 && year < 2090;  // as for seconds
   if (!date.ok() || !is_our_time || hour > kLastHour || minute > 59 || second > 60 || !fraction) return std::nullopt;
   return std::chrono::sys_days(date).time_since_epoch() + std::chrono::hours{hour} + std::chrono::minutes{minute} +

@@ -1,0 +1,69 @@
+#include "recorder/tools/import/import_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <filesystem>
+
+namespace roseau::recorder {
+
+namespace {
+
+std::optional<double> parse_rate(std::string_view text) {
+  double rate_hz = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), rate_hz);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return rate_hz;
+}
+
+bool is_name_character(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-'; }
+
+// "camera0", "/camera0" or "/camera0/image" -> "/camera0/image"; nothing for what can only be the beginning of a path.
+std::optional<std::string> parse_image_topic(std::string_view text) {
+  constexpr std::string_view kSuffix = "/image";
+  if (text.starts_with('/')) text.remove_prefix(1);
+  if (text.ends_with(kSuffix)) text.remove_suffix(kSuffix.size());
+  if (text.empty() || !std::ranges::all_of(text, is_name_character)) return std::nullopt;
+  return fmt::format("/{}{}", text, kSuffix);
+}
+
+}  // namespace
+
+Result<ImportPlan::Video> parse_video_argument(std::string_view text, std::size_t index) {
+  ImportPlan::Video video{.topic = fmt::format("/camera{}/image", index)};
+  std::string_view path = text;
+  // A '=' that no topic stands before belongs to the file's name: FILE alone was given.
+  const auto equals = text.find('=');
+  const auto topic = equals == std::string_view::npos ? std::nullopt : parse_image_topic(text.substr(0, equals));
+  if (topic) {
+    video.topic = *topic;
+    path = text.substr(equals + 1);
+  }
+  // An '@' that no number follows belongs to the file's name too.
+  if (const auto at = path.rfind('@'); at != std::string_view::npos) {
+    if (const auto rate_hz = parse_rate(path.substr(at + 1))) {
+      video.rate_hz = rate_hz;
+      path = path.substr(0, at);
+    }
+  }
+  if (path.empty()) {
+    return Error{ErrorCode::invalid_argument, fmt::format("video '{}' should read TOPIC=FILE or TOPIC=FILE@FPS", text)};
+  }
+  if (video.rate_hz && !(*video.rate_hz > 0)) {
+    return Error{ErrorCode::invalid_argument,
+                 fmt::format("video '{}': {} frames per second make no sense", text, *video.rate_hz)};
+  }
+  video.path = path;
+  return video;
+}
+
+std::string series_name(const std::string& path) {
+  std::string name = std::filesystem::path(path).stem().string();
+  std::ranges::replace_if(
+      name, [](char c) { return !is_name_character(c); }, '_');
+  return name.empty() ? "series" : name;
+}
+
+}  // namespace roseau::recorder

@@ -1,0 +1,66 @@
+// Carries an import plan out: files in, samples of raw streams out, in order of their times.
+//
+//   StreamTable streams;
+//   auto import = SessionImport::prepare(plan, streams);       // reads and checks everything; nothing is written yet
+//   Recorder recorder(streams, {.wait_when_full = true});      // or any other sink
+//   recorder.open(path, {.utc_minus_host_time = import->utc_minus_host_time(), ...});
+//   auto report = import->run(recorder, stop_token, progress);
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "core/result.h"
+#include "core/source.h"
+#include "core/stream.h"
+#include "recorder/tools/import/import_plan.h"
+
+namespace roseau::recorder {
+
+struct ImportReport {
+  struct Stream {
+    std::string topic;
+    std::string path;
+    std::uint64_t samples = 0;
+    std::uint64_t invalid_samples = 0;
+    double rate_hz = 0;
+    double begin_s = 0;  // since the session's first sample
+    double end_s = 0;
+    std::vector<std::string> remarks;  // for people: what was taken for what, what was doubtful
+  };
+  std::vector<Stream> streams;
+  double duration_s = 0;
+  bool was_stopped = false;
+};
+
+class SessionImport {
+ public:
+  /// Parses every text file, opens every video and declares every stream. Error: the first thing that is wrong, naming the
+  /// file.
+  static Result<SessionImport> prepare(const ImportPlan& plan, StreamTable& streams);
+
+  SessionImport(SessionImport&&) noexcept;
+  SessionImport& operator=(SessionImport&&) noexcept;
+  ~SessionImport();
+
+  /// Add it to any time of the session: civil time (UTC; time stamps in files are taken as UTC). Nothing when no file and no
+  /// plan told.
+  std::optional<Duration> utc_minus_host_time() const;
+
+  /// Hands everything to `sink`, once. A sink that does not take a sample is an Error; so is a video that breaks off.
+  /// `progress` is called now and then with a value from 0 to 1. A stop request ends early and well.
+  Result<ImportReport> run(SampleSink& sink, const std::stop_token& stop = {},
+                           const std::function<void(double)>& progress = {});
+
+ private:
+  struct State;
+  explicit SessionImport(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace roseau::recorder
