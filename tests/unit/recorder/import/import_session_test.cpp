@@ -6,6 +6,9 @@
 #include <map>
 
 #include "core/wind_statistics.h"
+#include "recorder/format/indexed_reader.h"
+#include "recorder/recorder.h"
+#include "schema/conversion.h"
 #include "tests/support/data.h"
 #include "tests/support/raw_avi.h"
 #include "tests/support/temporary_folder.h"
@@ -252,6 +255,45 @@ TEST(SessionImport, EveryPullAndReleaseTest) {
   ASSERT_TRUE(import->run(session));
   EXPECT_EQ(session.counts.at("/displacement/T14_P3_winter"), 601U);
   EXPECT_EQ(session.samples.size(), 201U + 501 + 261 + 401 + 201 + 601 + 411 + 181 + 206 + 101 + 401 + 101);
+}
+
+// Through the recorder and back: what is in the file is what was in the files.
+TEST(SessionImport, BecomesASessionFile) {
+  const TemporaryFolder folder;
+  ImportPlan plan;
+  plan.videos.push_back({.topic = "/camera0/image", .path = video_file(folder, 200)});
+  plan.sonics.push_back(sonic_of(folder.write("sonic.csv", "U,V,W\n1.5,-2,3\n4,5,6\n"), 10.0));
+  StreamTable streams;
+  auto import = SessionImport::prepare(plan, streams);
+  ASSERT_TRUE(import) << import.error().message;
+  const auto path = folder.path() / "session.mcap";
+  Recorder recorder(streams, {.wait_when_full = true});
+  ASSERT_TRUE(recorder.open(path, {.program_version = "test"}));
+  ASSERT_TRUE(import->run(recorder));
+  const auto closed = recorder.close();
+  ASSERT_TRUE(closed) << closed.error().message;
+
+  const auto reader = mcap::IndexedReader::open(path);
+  ASSERT_TRUE(reader) << reader.error().message;
+  std::map<std::string, std::size_t> counts;
+  std::vector<double> u_mps;
+  auto messages = (*reader)->messages();
+  for (auto next = messages.next(); next && *next; next = messages.next()) {
+    const auto& [channel, message] = **next;
+    ++counts[channel->topic];
+    if (channel->topic == "/camera0/image") {
+      const auto frame = schema::parse_frame(message.data, {});
+      ASSERT_TRUE(frame);
+      ASSERT_EQ(std::to_integer<std::size_t>(frame->pixels[0]), frame->header.sequence)
+          << "each picture has its own number for colour";
+    } else {
+      const auto sample = schema::parse(SampleKind::wind, message.data, {}, streams);
+      ASSERT_TRUE(sample);
+      u_mps.push_back(std::get<WindSample>(sample->payload).u_mps);
+    }
+  }
+  EXPECT_EQ(counts.at("/camera0/image"), 200U);
+  EXPECT_THAT(u_mps, ElementsAre(1.5, 4));
 }
 
 }  // namespace
