@@ -19,6 +19,7 @@ struct TomlTable::Document {
   std::vector<Complaint> complaints;
   // Keys asked for, per table, so that finish() knows the rest and can name what would have been right.
   std::map<const toml::table*, std::set<std::string, std::less<>>> asked;
+  std::set<std::string> absent;
 };
 
 namespace {
@@ -54,9 +55,14 @@ Result<TomlTable> TomlTable::parse(std::string_view text, std::string source_nam
 
 const void* TomlTable::find(std::string_view key) const {
   const auto* table = as_table(node_);
-  if (table == nullptr) return nullptr;
+  if (table == nullptr) {
+    document_->absent.insert(path_ + std::string(key));
+    return nullptr;
+  }
   document_->asked[table].emplace(key);
-  return table->get(key);
+  const auto* node = table->get(key);
+  if (node == nullptr) document_->absent.insert(path_ + std::string(key));
+  return node;
 }
 
 std::int64_t TomlTable::line_of(std::string_view key) const {
@@ -169,6 +175,8 @@ void TomlTable::complain(std::string_view key, const std::string& what) {
 }
 
 std::string TomlTable::place(std::string_view key) const { return document_->source_name + ":" + std::to_string(line_of(key)); }
+
+std::vector<std::string> TomlTable::absent() const { return {document_->absent.begin(), document_->absent.end()}; }
 
 Result<void> TomlTable::finish() const {
   auto complaints = document_->complaints;

@@ -54,6 +54,9 @@ class TomlTable {
   /// "field.toml:12": where this key (or, when absent, its table) stands.
   std::string place(std::string_view key) const;
 
+  /// On the table returned by parse(): every key asked for and not in the file, anywhere, as "table.key".
+  std::vector<std::string> absent() const;
+
   /// On the table returned by parse(): the first complaint or unknown key in the file, by line.
   Result<void> finish() const;
 
