@@ -110,7 +110,6 @@ void Sequencer::take(Sample input) {
         explicit Collector(Sequencer& owner) : sequencer(owner) {}
         bool receive(Sample sample) override {
           StreamState& decoded = sequencer.state_of(sample.header.stream);
-          decoded.counts->received.fetch_add(1, std::memory_order_relaxed);
           decoded.counts->last_arrival_ns.store(to_ns(sample.header.arrival_time), std::memory_order_relaxed);
           sequencer.map_clock(decoded, sample);
           sequencer.hold(std::move(sample));

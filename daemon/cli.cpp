@@ -1,0 +1,145 @@
+#include "daemon/cli.h"
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <limits>
+#include <string>
+
+#include "daemon/commands.h"
+#include "daemon/version.h"
+
+namespace roseau::daemon {
+
+namespace {
+
+/// One subcommand: its options are bound to the arguments, its run function is called when it was named.
+class Commands {
+ public:
+  explicit Commands(CLI::App& app) : app_(app) {}
+
+  template <class Arguments>
+  CLI::App* add(const std::string& name, const std::string& description, Arguments& arguments,
+                int (*command)(const Arguments&)) {
+    CLI::App* sub = app_.add_subcommand(name, description);
+    sub->callback([this, &arguments, command] { selected_ = [&arguments, command] { return command(arguments); }; });
+    return sub;
+  }
+  int run() const { return selected_(); }
+
+ private:
+  CLI::App& app_;
+  std::function<int()> selected_;
+};
+
+void add_json(CLI::App* sub, bool& json) { sub->add_flag("--json", json, "One JSON object on stdout"); }
+
+void add_session_options(CLI::App* sub, SessionArguments& arguments) {
+  sub->add_option("--record", arguments.record, "Record from the start, into this directory");
+  sub->add_flag("--headless", arguments.headless, "No live page");
+  sub->add_option("--port", arguments.port, "Port of the live page (0: any free one)");
+  sub->add_option("--for", arguments.seconds, "Stop after this many seconds")->check(CLI::PositiveNumber);
+  add_json(sub, arguments.json);
+}
+
+struct AllArguments {
+  RunArguments run;
+  ReplayArguments replay;
+  bool replay_max = false;
+  SimulateArguments simulate;
+  ImportArguments import;
+  FilesArguments info;
+  FilesArguments verify;
+  EstimateArguments estimate;
+};
+
+void add_run(Commands& commands, AllArguments& all) {
+  auto* sub = commands.add("run", "Capture from the configured devices, with the live page", all.run, run_command);
+  sub->add_option("config", all.run.config, "Configuration (TOML); config/reference.toml explains every key")->required();
+  add_session_options(sub, all.run.session);
+}
+
+void add_replay(Commands& commands, AllArguments& all) {
+  auto& arguments = all.replay;
+  auto* sub = commands.add("replay", "Play a recorded session through the same analysis", arguments, replay_command);
+  sub->add_option("session", arguments.file, "Session file (.mcap)")->required();
+  auto* speed =
+      sub->add_option("--speed", arguments.speed, "Recorded seconds per second (default 1)")->check(CLI::PositiveNumber);
+  sub->add_flag_callback(
+         "--max", [&arguments] { arguments.speed = std::numeric_limits<double>::infinity(); }, "As fast as possible")
+      ->excludes(speed);
+  sub->add_flag("--loop", arguments.loop, "Start again at the end");
+  sub->add_option("--config", arguments.config, "Analyse with this configuration instead of the recorded one");
+  add_session_options(sub, arguments.session);
+}
+
+void add_simulate(Commands& commands, AllArguments& all) {
+  auto& arguments = all.simulate;
+  auto* sub = commands.add("simulate", "Write a session of the simulated rig, with its truth", arguments, simulate_command);
+  sub->add_option("scene", arguments.scene, "Scene (TOML); the demo's scene when absent");
+  sub->add_option("-o,--output", arguments.output, "Session file to write (.mcap)")->required();
+  sub->add_option("--seconds", arguments.seconds, "How long (default 60)")->check(CLI::PositiveNumber);
+  sub->add_option("--seed", arguments.seed, "Instead of the scene's own");
+  add_json(sub, arguments.json);
+}
+
+void add_import(Commands& commands, AllArguments& all) {
+  auto& arguments = all.import;
+  auto* sub =
+      commands.add("import", "Make a session from videos, sonic files and displacement series", arguments, import_command);
+  sub->add_option("-o,--output", arguments.output, "Session file to write (.mcap)")->required();
+  sub->add_option("--video", arguments.videos, "[TOPIC=]FILE[@FPS]; once per camera, topics /camera0/image, ... by default");
+  sub->add_option("--sonic", arguments.sonic, "Sonic anemometer file");
+  sub->add_option("--format", arguments.sonic_format, "Of the sonic file: toa5 or csv (default: by its first lines)");
+  sub->add_option("--columns", arguments.columns, "Sonic columns, when not named as usual: u=U,v=V,w=W,temperature=T_SONIC");
+  sub->add_option("--sonic-rate", arguments.sonic_rate_hz, "Hz, when the file has no times")->check(CLI::PositiveNumber);
+  sub->add_option("--temperature-unit", arguments.temperature_unit, "kelvin or celsius (default: by the values)");
+  sub->add_option("--north-offset", arguments.north_offset_deg, "Degrees clockwise from north to the sonic's north mark");
+  sub->add_option("--displacement,--tracker", arguments.displacements, "[NAME=]FILE of one displacement series; may repeat");
+  sub->add_option("--rate", arguments.displacement_rate_hz, "Hz of the displacement series")->check(CLI::PositiveNumber);
+  sub->add_option("--unit", arguments.displacement_unit, "Of the displacement: px, m, strain or other");
+  sub->add_option("--start-offset", arguments.start_offset_s, "Seconds by which sonic and displacement start after the video");
+  sub->add_option("--site", arguments.site, "Site sheet (TOML) to travel with the session");
+  add_json(sub, arguments.json);
+}
+
+void add_tools(Commands& commands, AllArguments& all) {
+  auto* info = commands.add("info", "What a session holds: streams, rates, gaps, wind", all.info, info_command);
+  info->add_option("files", all.info.files, "Session files")->required();
+  add_json(info, all.info.json);
+
+  auto* verify = commands.add("verify", "Check every checksum, order and count of a session", all.verify, verify_command);
+  verify->add_option("files", all.verify.files, "Session files")->required();
+  add_json(verify, all.verify.json);
+
+  auto* estimate =
+      commands.add("estimate", "Oscillator, force and wind of a session, off line", all.estimate, estimate_command);
+  estimate->add_option("session", all.estimate.file, "Session file (.mcap)")->required();
+  estimate->add_option("-o,--output", all.estimate.output, "Session file to write, with the estimates");
+  estimate->add_option("--band", all.estimate.band_hz, "Where the natural frequency is looked for, Hz: LOW:HIGH");
+  estimate->add_flag("--free-decay", all.estimate.free_decay, "Pull and release: fit a damped sinusoid to each series");
+  add_json(estimate, all.estimate.json);
+}
+
+}  // namespace
+
+int run_command_line(int argc, char** argv) {
+  CLI::App app{"roseau: capture of plants and boats moving in wind and waves, and what moved them", "roseau"};
+  app.set_version_flag("--version", kVersion);
+  app.require_subcommand(1);
+  Commands commands(app);
+  AllArguments arguments;
+  add_run(commands, arguments);
+  add_replay(commands, arguments);
+  add_simulate(commands, arguments);
+  add_import(commands, arguments);
+  add_tools(commands, arguments);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    // CLI11's own numbers tell its errors apart; ours is one: wrong use. Help and version are no errors.
+    return app.exit(error) == 0 ? kExitOk : kExitUsage;
+  }
+  return commands.run();
+}
+
+}  // namespace roseau::daemon

@@ -1,0 +1,83 @@
+// The subcommands of the program. Each returns the process's exit status: 0 ok, 1 failed (the message is on stderr).
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace roseau::daemon {
+
+inline constexpr int kExitOk = 0;
+inline constexpr int kExitFailed = 1;
+inline constexpr int kExitUsage = 2;
+
+/// What `run` and `replay` share.
+struct SessionArguments {
+  std::optional<std::filesystem::path> record;  // directory; empty: as configured
+  bool headless = false;                        // no page
+  std::optional<std::uint16_t> port;            // of the page
+  std::optional<double> seconds;                // stop after this long
+  bool json = false;
+};
+
+struct RunArguments {
+  std::filesystem::path config;
+  SessionArguments session;
+};
+int run_command(const RunArguments& arguments);
+
+struct ReplayArguments {
+  std::filesystem::path file;
+  double speed = 1;  // infinity: as fast as possible
+  bool loop = false;
+  std::optional<std::filesystem::path> config;  // instead of the recorded one
+  SessionArguments session;
+};
+int replay_command(const ReplayArguments& arguments);
+
+struct SimulateArguments {
+  std::optional<std::filesystem::path> scene;  // the built-in demo scene when absent
+  std::filesystem::path output;
+  double seconds = 60;
+  std::optional<std::uint64_t> seed;
+  bool json = false;
+};
+int simulate_command(const SimulateArguments& arguments);
+
+struct ImportArguments {
+  std::filesystem::path output;
+  std::vector<std::string> videos;     // [TOPIC=]FILE[@FPS]
+  std::optional<std::string> sonic;    // FILE
+  std::string sonic_format;            // "toa5", "csv"; empty: by looking
+  std::optional<std::string> columns;  // "u=U,v=V,w=W,temperature=T_SONIC,time=TIMESTAMP"
+  std::optional<double> sonic_rate_hz;
+  std::optional<std::string> temperature_unit;  // "kelvin", "celsius"
+  double north_offset_deg = 0;
+  std::vector<std::string> displacements;  // [NAME=]FILE
+  std::optional<double> displacement_rate_hz;
+  std::string displacement_unit = "other";
+  double start_offset_s = 0;  // of the sonic and displacement series against the videos
+  std::optional<std::filesystem::path> site;
+  bool json = false;
+};
+int import_command(const ImportArguments& arguments);
+
+struct FilesArguments {
+  std::vector<std::filesystem::path> files;
+  bool json = false;
+};
+int info_command(const FilesArguments& arguments);
+int verify_command(const FilesArguments& arguments);
+
+struct EstimateArguments {
+  std::filesystem::path file;
+  std::optional<std::filesystem::path> output;
+  std::optional<std::string> band_hz;  // "0.15:0.35"
+  bool free_decay = false;             // fit a damped sinusoid to each displacement series
+  bool json = false;
+};
+int estimate_command(const EstimateArguments& arguments);
+
+}  // namespace roseau::daemon

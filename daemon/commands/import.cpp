@@ -1,0 +1,4 @@
+#include "daemon/commands.h"
+namespace roseau::daemon {
+int import_command(const ImportArguments&) { return kExitFailed; }
+}  // namespace roseau::daemon

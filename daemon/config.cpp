@@ -1,0 +1,239 @@
+#include "daemon/config.h"
+
+#include <algorithm>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <utility>
+
+#include "core/toml/table.h"
+#include "drivers/link/link_spec.h"
+
+namespace roseau::daemon {
+
+namespace {
+
+/// Reads keys and complains about values that make no sense, at their own line.
+class Reader {
+ public:
+  Reader(TomlTable table, std::filesystem::path base) : table_(std::move(table)), base_(std::move(base)) {}
+
+  TomlTable& table() { return table_; }
+  Reader inner(std::string_view key) { return {table_.table(key), base_}; }
+  std::vector<Reader> list(std::string_view key) {
+    std::vector<Reader> readers;
+    for (auto& inner : table_.tables(key)) readers.emplace_back(std::move(inner), base_);
+    return readers;
+  }
+
+  double number(std::string_view key, double fallback, double least, double most) {
+    const double value = table_.number(key, fallback);
+    if (value < least || value > most) complain_range(key, least, most);
+    return value;
+  }
+  int integer(std::string_view key, int fallback, int least, int most) {
+    const auto value = table_.integer(key, fallback);
+    if (value < least || value > most) complain_range(key, least, most);
+    return static_cast<int>(std::clamp<std::int64_t>(value, least, most));
+  }
+  std::filesystem::path path(const std::string& text) const {
+    const std::filesystem::path path(text);
+    return path.empty() || path.is_absolute() ? path : base_ / path;
+  }
+  /// A device's name: becomes the first part of its topics.
+  std::string device_name(std::set<std::string>& taken) {
+    const std::string name = table_.required_text("name");
+    const bool plain = !name.empty() && std::ranges::all_of(name, [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-'; });
+    if (!plain) table_.complain("name", "must be letters, digits, '_' and '-'");
+    if (!taken.insert(name).second) table_.complain("name", "is taken by another device");
+    return name;
+  }
+
+ private:
+  void complain_range(std::string_view key, double least, double most) {
+    std::ostringstream text;
+    text << "must be from " << least << " to " << most;
+    table_.complain(key, text.str());
+  }
+  TomlTable table_;
+  std::filesystem::path base_;
+};
+
+CameraConfig read_camera(Reader reader, std::set<std::string>& names) {
+  CameraConfig camera;
+  camera.name = reader.device_name(names);
+  camera.driver = reader.table().required_text("driver");
+  if (camera.driver != "video_file") reader.table().complain("driver", "must be \"video_file\"");
+  camera.path = reader.path(reader.table().required_text("path"));
+  camera.rate_hz = reader.number("rate_hz", 0, 0, 10000);
+  camera.grey = reader.table().boolean("grey", camera.grey);
+  return camera;
+}
+
+SonicConfig read_sonic(Reader reader, std::set<std::string>& names) {
+  SonicConfig sonic;
+  auto& options = sonic.options;
+  options.name = reader.device_name(names);
+  auto& table = reader.table();
+  const auto model = wire::anemometer_model_from_string(table.required_text("model"));
+  if (model) {
+    options.anemometer.model = *model;
+  } else {
+    table.complain("model", ": " + model.error().message);
+  }
+  sonic.port = table.required_text("port");
+  if (const auto stream = link::make_byte_stream(sonic.port); !stream) table.complain("port", ": " + stream.error().message);
+  if (const auto axes = wind_axes_from_string(table.text("axes", "gill_spar")); axes) {
+    options.anemometer.axes = *axes;
+  } else {
+    table.complain("axes", ": " + axes.error().message);
+  }
+  options.anemometer.north_offset_deg = reader.number("north_offset_deg", 0, -360, 360);
+  options.anemometer.rate_hz = reader.number("rate_hz", options.anemometer.rate_hz, 0.05, 200);
+  options.anemometer.is_averaging = table.boolean("is_averaging", options.anemometer.is_averaging);
+  options.anemometer.delay_s = table.optional_number("delay_s");
+  const std::string node = table.text("node", "");
+  if (node.size() > 1) table.complain("node", "must be one letter");
+  options.anemometer.node = node.empty() ? '\0' : node.front();
+  return sonic;
+}
+
+void read_simulation(Reader reader, Config& config) {
+  SimulationConfig simulation;
+  simulation.scene = reader.path(reader.table().text("scene", ""));
+  if (reader.table().has("seed")) {
+    simulation.seed = static_cast<std::uint64_t>(reader.integer("seed", 0, 0, 2'000'000'000));
+  }
+  config.simulation = simulation;
+}
+
+void read_tracking(Reader reader, TrackingConfig& config) {
+  auto& options = config.options;
+  auto& table = reader.table();
+  options.automatic_targets = table.boolean("automatic_targets", options.automatic_targets);
+  options.automatic_frames = reader.integer("automatic_frames", options.automatic_frames, 2, 10000);
+  options.automatic_most_targets = reader.integer("automatic_most_targets", options.automatic_most_targets, 1, 64);
+  options.automatic_least_motion_px = reader.number("automatic_least_motion_px", options.automatic_least_motion_px, 0, 1000);
+  options.feature_count = reader.integer("feature_count", options.feature_count, 8, 20000);
+  options.background_share = reader.number("background_share", options.background_share, 0, 0.95);
+  options.subtract_background = table.boolean("subtract_background", options.subtract_background);
+  options.pyramid_levels = reader.integer("pyramid_levels", options.pyramid_levels, 0, 8);
+  options.window_px = reader.integer("window_px", options.window_px, 5, 101);
+  options.forward_backward_px = reader.number("forward_backward_px", options.forward_backward_px, 0.01, 100);
+  options.search_radius_px = reader.number("search_radius_px", options.search_radius_px, 1, 4000);
+  for (auto& target : reader.list("target")) {
+    TargetConfig described;
+    described.camera = target.table().required_text("camera");
+    described.name = target.table().required_text("name");
+    if (!tracking::is_target_name(described.name)) target.table().complain("name", "must be letters, digits, '-', '_' and '.'");
+    const auto region = target.table().numbers("region_px", 4);
+    if (region.empty() || region[2] <= 0 || region[3] <= 0) {
+      target.table().complain("region_px", "must be [x, y, width, height], width and height above 0");
+    } else {
+      described.region = {region[0], region[1], region[2], region[3]};
+    }
+    config.targets.push_back(std::move(described));
+  }
+  if (const auto valid = tracking::validate(options); !valid) table.complain("window_px", ": " + valid.error().message);
+}
+
+void read_estimation(Reader reader, estimation::EstimationOptions& options) {
+  auto& table = reader.table();
+  auto& found = options.identification;
+  const auto band = table.numbers("band_hz", 2);
+  if (band.size() == 2) {
+    if (!(band[0] > 0 && band[1] > band[0])) table.complain("band_hz", "must be [low, high] with 0 < low < high");
+    found.min_frequency_hz = band[0];
+    found.max_frequency_hz = band[1];
+  }
+  found.force_slope = reader.number("force_slope", found.force_slope, -1, 6);
+  found.force_slope_sd = reader.number("force_slope_sd", found.force_slope_sd, 0, 10);
+  found.gate = reader.number("gate", found.gate, 0, 1e6);
+  options.window_s = reader.number("window_s", options.window_s, 5, 3600);
+  options.hop_s = reader.number("hop_s", options.hop_s, 0.5, 3600);
+  options.first_window_s = reader.number("first_window_s", options.first_window_s, 2, 3600);
+  options.hold_s = reader.number("hold_s", options.hold_s, 0, 86400);
+  if (table.has("lag_s")) options.lag_s = reader.number("lag_s", 0.25, 0, 60);
+  options.reference_topic = table.text("reference_topic", options.reference_topic);
+  if (table.has("image_plane_direction_deg")) {
+    options.calibration.direction_deg = reader.number("image_plane_direction_deg", 0, -360, 360);
+  }
+  options.calibration.max_delay_s = reader.number("max_delay_s", options.calibration.max_delay_s, 0, 60);
+  options.calibration.low_pass_hz = reader.number("low_pass_hz", options.calibration.low_pass_hz, 0.001, 10);
+  options.calibration_interval_s = reader.number("calibration_interval_s", options.calibration_interval_s, 1, 3600);
+  options.uncalibrated_scale = reader.number("uncalibrated_scale", options.uncalibrated_scale, 1e-9, 1e9);
+}
+
+Result<std::string> read_text(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return Error{ErrorCode::not_found, path.string() + ": cannot be read; is the path right?"};
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// Everything but the site sheet.
+Config read_config(Reader reader) {
+  TomlTable* root = &reader.table();
+  Config config;
+  config.name = root->text("name", config.name);
+  std::set<std::string> names;
+  for (auto& camera : reader.list("camera")) config.cameras.push_back(read_camera(std::move(camera), names));
+  for (auto& sonic : reader.list("sonic")) config.sonics.push_back(read_sonic(std::move(sonic), names));
+  if (root->has("simulation")) {
+    if (!names.empty()) root->complain("simulation", "replaces devices: leave out [[camera]] and [[sonic]]");
+    read_simulation(reader.inner("simulation"), config);
+  }
+  auto sync = reader.inner("sync");
+  config.window = from_seconds(sync.number("window_ms", to_seconds(config.window) * 1e3, 0, 10000) * 1e-3);
+  config.skip_after_frames =
+      static_cast<std::size_t>(sync.integer("skip_after_frames", static_cast<int>(config.skip_after_frames), 1, 64));
+  read_tracking(reader.inner("tracking"), config.tracking);
+  read_estimation(reader.inner("estimation"), config.estimation);
+  auto recording = reader.inner("recording");
+  config.recording.directory = reader.path(recording.table().text("directory", config.recording.directory.string()));
+  config.recording.at_start = recording.table().boolean("at_start", config.recording.at_start);
+  config.recording.memory_mib = recording.number("memory_mib", config.recording.memory_mib, 8, 65536);
+  auto display = reader.inner("display");
+  config.display.address = display.table().text("address", config.display.address);
+  config.display.port = static_cast<std::uint16_t>(display.integer("port", config.display.port, 0, 65535));
+  return config;
+}
+
+}  // namespace
+
+Result<Config> parse_config(const std::string& text, const std::string& source_name, const std::filesystem::path& base_directory,
+                            std::vector<std::string>* absent) {
+  auto root = TomlTable::parse(text, source_name);
+  if (!root) return root.error();
+  Reader reader(*root, base_directory);
+  const auto site = reader.path(root->text("site", ""));
+  Config config = read_config(reader);
+  if (auto finished = root->finish(); !finished) return finished.error();
+  if (absent != nullptr) *absent = root->absent();
+  config.text = text;
+  if (site.empty()) return config;
+  auto sheet = read_text(site);
+  if (!sheet) return sheet.error().with_context(root->place("site") + ": site sheet");
+  if (auto parsed = TomlTable::parse(*sheet, site.string()); !parsed) return parsed.error();
+  config.site_text = std::move(*sheet);
+  return config;
+}
+
+Result<Config> parse_recorded_config(const std::string& text, const std::string& source_name) {
+  auto root = TomlTable::parse(text, source_name);
+  if (!root) return root.error();
+  root->text("site", "");
+  Config config = read_config({*root, ""});
+  if (auto finished = root->finish(); !finished) return finished.error();
+  config.text = text;
+  return config;
+}
+
+Result<Config> load_config(const std::filesystem::path& path) {
+  auto text = read_text(path);
+  if (!text) return text.error();
+  return parse_config(*text, path.string(), path.parent_path());
+}
+
+}  // namespace roseau::daemon

@@ -1,0 +1,287 @@
+#include "daemon/session.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <pthread.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <thread>
+
+#include "core/log.h"
+#include "daemon/digest.h"
+#include "daemon/health.h"
+#include "daemon/host_clock.h"
+#include "daemon/pipeline.h"
+#include "daemon/progress.h"
+#include "daemon/service_manager.h"
+#include "daemon/summary.h"
+#include "daemon/version.h"
+#include "display/server.h"
+#include "drivers/wire/anemometer.h"
+#include "estimation/estimation_stage.h"
+#include "recorder/recorder.h"
+#include "tracking/camera_tracker.h"
+
+namespace roseau::daemon {
+
+namespace {
+
+constexpr std::chrono::milliseconds kControlInterval{100};
+constexpr Duration kHealthInterval = std::chrono::seconds(1);
+
+/// SIGINT and SIGTERM come to the control loop only: threads made afterwards inherit the blocked mask.
+sigset_t block_stop_signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  // A page that goes away while we write to it is no reason to die.
+  std::signal(SIGPIPE, SIG_IGN);
+  return signals;
+}
+
+std::vector<Analysis::Tracker> make_trackers(const SessionPlan& plan, StreamTable& streams) {
+  std::vector<Analysis::Tracker> trackers;
+  for (const auto& camera : plan.cameras) {
+    tracking::TrackerOptions options = plan.config.tracking.options;
+    for (const auto& target : plan.config.tracking.targets) {
+      if (target.camera == camera) options.targets.push_back({target.name, target.region});
+    }
+    trackers.push_back({camera, std::make_unique<tracking::CameraTracker>(streams, camera, options)});
+  }
+  return trackers;
+}
+
+class Session {
+ public:
+  explicit Session(SessionPlan plan)
+      : plan_(std::move(plan)),
+        is_replay_(plan_.player != nullptr),
+        utc_minus_host_time_(plan_.utc_minus_host_time.value_or(recorder::current_utc_minus_host_time())),
+        results_(streams_),
+        recorder_(streams_, recorder_options()),
+        pipeline_(pipeline_options(), streams_, wire::make_decoder, make_trackers(plan_, streams_),
+                  std::make_unique<estimation::EstimationStage>(streams_, plan_.config.estimation), hooks()),
+        health_(streams_, pipeline_.counters(), pipeline_.supervisor(), recorder_) {}
+
+  int run() {
+    const sigset_t signals = block_stop_signals();
+    if (auto started = start_display(); !started) return fail(started.error());
+    if (plan_.config.recording.at_start || plan_.arguments.record || plan_.record_file) {
+      if (auto opened = start_recording(); !opened) return fail(opened.error());
+    }
+    for (auto& source : plan_.sources) pipeline_.add_source(std::move(source));
+    const HostTime begin = host_now();
+    for (auto& action : plan_.first_actions) pipeline_.act(action, begin);
+    run_threads(signals, begin);
+    const double wall_s = to_seconds(host_now() - begin);
+    notify_stopping();
+    const auto closed = recorder_.close();
+    if (display_) display_->stop();
+    report(wall_s);
+    if (!closed) return fail(closed.error());
+    if (const auto failure = pipeline_.supervisor().first_failure(); !failure.empty()) {
+      return fail(Error{ErrorCode::io, failure});
+    }
+    return kExitOk;
+  }
+
+ private:
+  static int fail(const Error& error) {
+    std::fputs(("roseau: " + error.message + "\n").c_str(), stderr);
+    return kExitFailed;
+  }
+
+  recorder::RecorderOptions recorder_options() {
+    recorder::RecorderOptions options;
+    options.queue_bytes = static_cast<std::uint64_t>(plan_.config.recording.memory_mib * 1024 * 1024);
+    options.wait_when_full = is_replay_;
+    options.upstream_counters = [this] { return health_.upstream_counters(); };
+    return options;
+  }
+
+  Pipeline::Options pipeline_options() {
+    Pipeline::Options options;
+    options.sequencer.window = plan_.config.window;
+    options.skip_after_frames = is_replay_ ? 0 : plan_.config.skip_after_frames;
+    options.recorded_skips = plan_.recorded_skips;
+    return options;
+  }
+
+  Pipeline::Hooks hooks() {
+    Pipeline::Hooks hooks;
+    hooks.input = [this](const Sample& sample, HostTime log_time) {
+      if (first_input_.load() == kNoInput) first_input_ = to_ns(log_time);
+      obey(sample);
+      recorder_.record(sample, log_time);
+      // Everything else is shown further on, where it has its place in the order.
+      if (display_ && sample.kind() == SampleKind::raw_bytes) display_->publish(sample, log_time);
+    };
+    hooks.frame = [this](const Sample& sample, HostTime log_time) {
+      if (display_) display_->publish(sample, log_time);
+    };
+    hooks.analysed = [this](const Sample& sample, HostTime log_time) {
+      const bool is_derived = streams_.info(sample.header.stream).role == StreamRole::derived;
+      if (is_derived) {
+        pipeline_.counters().of(sample.header.stream).received.fetch_add(1, std::memory_order_relaxed);
+        digest_.add(sample, streams_);
+        recorder_.record(sample, log_time);
+      }
+      results_.see(sample);
+      if (display_) display_->publish(sample, log_time);
+    };
+    return hooks;
+  }
+
+  /// Actions that concern the recording. In a replay they are history.
+  void obey(const Sample& sample) {
+    const auto* action = std::get_if<OperatorAction>(&sample.payload);
+    if (action == nullptr || is_replay_) return;
+    if (action->kind == OperatorAction::Kind::start_recording) {
+      if (auto opened = start_recording(); !opened) log("recorder")->error(opened.error().message);
+    } else if (action->kind == OperatorAction::Kind::stop_recording) {
+      // Closing waits for the disk: not in the sequencer's thread.
+      stop_recording_wanted_ = true;
+    }
+  }
+
+  Result<void> start_recording() {
+    if (plan_.record_file) return open_recording(*plan_.record_file);
+    const auto directory = plan_.arguments.record.value_or(plan_.config.recording.directory);
+    std::error_code error;
+    std::filesystem::create_directories(directory, error);
+    if (error) {
+      return Error{ErrorCode::io, fmt::format("recording directory {}: {}; make it or name another one with --record",
+                                              directory.string(), error.message())};
+    }
+    const auto utc = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+    return open_recording(directory / fmt::format("{}-{:%Y%m%dT%H%M%S}Z.mcap", plan_.config.name, utc));
+  }
+
+  Result<void> open_recording(const std::filesystem::path& path) {
+    recorder::SessionDescription description;
+    description.program_version = kVersion;
+    description.config_text = plan_.config.text;
+    description.site_text = plan_.config.site_text;
+    description.utc_minus_host_time = utc_minus_host_time_;
+    description.other["name"] = plan_.config.name;
+    auto opened = recorder_.open(path, description);
+    if (opened) log("recorder")->info("recording to {}", path.string());
+    return opened;
+  }
+
+  Result<void> start_display() {
+    if (plan_.arguments.headless) return {};
+    display::DisplayOptions options;
+    options.address = plan_.config.display.address;
+    options.port = plan_.arguments.port.value_or(plan_.config.display.port);
+    options.session_name = plan_.config.name;
+    options.mode = plan_.mode;
+    options.version = kVersion;
+    options.civil_from_host = utc_minus_host_time_;
+    display::DisplayCallbacks callbacks;
+    callbacks.on_action = [this](const OperatorAction& action) { return act(action); };
+    auto server = std::make_unique<display::DisplayServer>(options, streams_, std::move(callbacks), plan_.player);
+    const auto port = server->start();
+    if (!port) return port.error();
+    display_ = std::move(server);
+    std::fputs(fmt::format("live page: http://{}:{}\n", options.address, *port).c_str(), stderr);
+    return {};
+  }
+
+  /// In the display's thread: an answer the operator sees at once, the deed as an input.
+  Result<void> act(const OperatorAction& action) {
+    const bool is_recording = recorder_.state().recording;
+    if (is_replay_) return Error{ErrorCode::unsupported, "this is a replay: nothing can be recorded or marked"};
+    if (action.kind == OperatorAction::Kind::start_recording && is_recording) {
+      return Error{ErrorCode::busy, "already recording"};
+    }
+    if (action.kind == OperatorAction::Kind::stop_recording && !is_recording) {
+      return Error{ErrorCode::invalid_argument, "nothing is being recorded"};
+    }
+    pipeline_.act(action, host_now());
+    return {};
+  }
+
+  void run_threads(const sigset_t& signals, HostTime begin) {
+    std::atomic<bool> done{false};
+    std::jthread sequencer([this, &done](const std::stop_token& stop) {
+      pipeline_.run(stop);
+      done = true;
+    });
+    notify_ready();
+    Progress progress(plan_.mode);
+    HostTime next_health = begin;
+    while (!done) {
+      timespec wait{.tv_sec = 0, .tv_nsec = std::chrono::nanoseconds(kControlInterval).count()};
+      const int number = sigtimedwait(&signals, nullptr, &wait);
+      const HostTime now = host_now();
+      const bool time_is_up = plan_.arguments.seconds && to_seconds(now - begin) >= *plan_.arguments.seconds;
+      if (number > 0 || time_is_up) sequencer.request_stop();
+      if (stop_recording_wanted_.exchange(false)) close_recording();
+      if (now >= next_health) {
+        next_health = now + kHealthInterval;
+        publish_health(now);
+      }
+      if (plan_.expected_duration_s > 0) progress.update(session_seconds() / plan_.expected_duration_s);
+    }
+  }
+
+  void close_recording() {
+    if (auto closed = recorder_.close(); !closed) log("recorder")->error(closed.error().message);
+  }
+
+  void publish_health(HostTime now) {
+    // On the axis of the samples: in a replay that is the recording's time.
+    const HostTime session_now = is_replay_ ? pipeline_.position() : now;
+    Sample sample = health_.sample(session_now);
+    recorder_.record(sample, session_now);
+    if (display_) display_->publish(sample, session_now);
+    const auto& health = std::get<Health>(sample.payload);
+    notify_alive(health.recording_path.empty() ? "not recording" : "recording to " + health.recording_path);
+  }
+
+  double session_seconds() const {
+    const std::int64_t first_ns = first_input_.load();
+    return first_ns == kNoInput ? 0 : to_seconds(pipeline_.position() - host_time_from_ns(first_ns));
+  }
+
+  void report(double wall_s) {
+    RunFacts facts;
+    facts.duration_s = session_seconds();
+    facts.wall_s = wall_s;
+    facts.recording = recorder_.state().path;
+    facts.digest = digest_.hex();
+    facts.streams = health_.counters();
+    facts.clocks = pipeline_.clocks();
+    facts.cpu_s = pipeline_.cpu_seconds();
+    if (display_) facts.display_dropped = display_->dropped();
+    const std::string text = plan_.arguments.json ? summary_json(facts, results_) + "\n" : summary_text(facts, results_);
+    std::fputs(text.c_str(), stdout);
+    std::fflush(stdout);
+  }
+
+  static constexpr std::int64_t kNoInput = std::numeric_limits<std::int64_t>::min();
+
+  SessionPlan plan_;
+  const bool is_replay_;
+  const Duration utc_minus_host_time_;
+  StreamTable streams_;
+  ResultCollector results_;
+  Digest digest_;
+  std::unique_ptr<display::DisplayServer> display_;
+  recorder::Recorder recorder_;
+  Pipeline pipeline_;
+  HealthReporter health_;
+  std::atomic<bool> stop_recording_wanted_{false};
+  std::atomic<std::int64_t> first_input_{kNoInput};
+};
+
+}  // namespace
+
+int run_session(SessionPlan plan) { return Session(std::move(plan)).run(); }
+
+}  // namespace roseau::daemon

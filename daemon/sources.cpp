@@ -1,0 +1,101 @@
+#include "daemon/sources.h"
+
+#include <fstream>
+#include <sstream>
+#include <utility>
+
+#include "daemon/host_clock.h"
+#include "drivers/camera/file/video_file.h"
+#include "drivers/link/link_spec.h"
+#include "drivers/sonic/sonic_source.h"
+#include "synthesis/simulated_rig.h"
+
+namespace roseau::daemon {
+
+namespace {
+
+Result<void> add_cameras(const Config& config, Sources& sources) {
+  for (const auto& camera : config.cameras) {
+    camera::VideoFileOptions options;
+    options.name = camera.name;
+    options.path = camera.path.string();
+    options.format = camera.grey ? PixelFormat::mono8 : PixelFormat::bgr8;
+    if (camera.rate_hz > 0) options.rate_hz = camera.rate_hz;
+    options.is_paced = true;
+    options.buffer_count = 64;
+    auto video = camera::make_video_file(options);
+    if (!video) return video.error();
+    sources.cameras.push_back(camera.name);
+    sources.sources.push_back(std::move(*video));
+  }
+  return {};
+}
+
+Result<void> add_sonics(const Config& config, Sources& sources) {
+  for (const auto& sonic : config.sonics) {
+    auto stream = link::make_byte_stream(sonic.port);
+    if (!stream) return stream.error();
+    sources.sources.push_back(std::make_unique<sonic::SonicSource>(sonic.options, std::move(*stream)));
+  }
+  return {};
+}
+
+Result<void> add_simulation(const SimulationConfig& simulation, Sources& sources) {
+  auto scene = load_scene(simulation.scene, simulation.seed);
+  if (!scene) return scene.error();
+  const synthesis::SimulatedRig rig(*scene);
+  sources.sources = rig.live_sources({.now = host_now});
+  for (std::size_t i = 0; i < scene->cameras.size(); ++i) sources.cameras.push_back("camera" + std::to_string(i));
+  sources.first_actions = scene_targets(*scene);
+  return {};
+}
+
+}  // namespace
+
+Result<Sources> make_sources(const Config& config) {
+  Sources sources;
+  auto made = config.simulation ? add_simulation(*config.simulation, sources) : add_cameras(config, sources);
+  if (made) made = add_sonics(config, sources);
+  if (!made) return made.error();
+  if (sources.sources.empty()) {
+    return Error{ErrorCode::invalid_argument,
+                 "the configuration names no device: add a [[camera]], a [[sonic]] or a [simulation] (config/reference.toml)"};
+  }
+  return sources;
+}
+
+Result<synthesis::Scene> load_scene(const std::filesystem::path& path, std::optional<std::uint64_t> seed) {
+  synthesis::Scene scene;
+  if (!path.empty()) {
+    const std::ifstream file(path, std::ios::binary);
+    if (!file) return Error{ErrorCode::not_found, "scene " + path.string() + " cannot be read; is the path right?"};
+    std::ostringstream text;
+    text << file.rdbuf();
+    auto read = synthesis::scene_from_toml(text.str(), path.string());
+    if (!read) return read.error();
+    scene = std::move(*read);
+  }
+  if (seed) scene.seed = *seed;
+  if (auto checked = synthesis::check(scene); !checked) return checked.error();
+  return scene;
+}
+
+std::string scene_config_text() {
+  // The branch swings east-west: the wind that pushes it to the right comes from the west.
+  return "name = \"simulation\"\n\n[estimation]\nimage_plane_direction_deg = 270.0\n";
+}
+
+std::vector<OperatorAction> scene_targets(const synthesis::Scene& scene) {
+  std::vector<OperatorAction> actions;
+  for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
+    OperatorAction action;
+    action.kind = OperatorAction::Kind::add_target;
+    action.text = "branch";
+    action.camera = "camera" + std::to_string(i);
+    action.region = synthesis::target_region(scene, scene.cameras[i], scene.branch.mean_deflection_m);
+    actions.push_back(std::move(action));
+  }
+  return actions;
+}
+
+}  // namespace roseau::daemon
