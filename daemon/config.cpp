@@ -43,7 +43,8 @@ class Reader {
   /// A device's name: becomes the first part of its topics.
   std::string device_name(std::set<std::string>& taken) {
     const std::string name = table_.required_text("name");
-    const bool plain = !name.empty() && std::ranges::all_of(name, [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-'; });
+    const bool plain = !name.empty() &&
+                       std::ranges::all_of(name, [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-'; });
     if (!plain) table_.complain("name", "must be letters, digits, '_' and '-'");
     if (!taken.insert(name).second) table_.complain("name", "is taken by another device");
     return name;
@@ -202,8 +203,8 @@ Config read_config(Reader reader) {
 
 }  // namespace
 
-Result<Config> parse_config(const std::string& text, const std::string& source_name, const std::filesystem::path& base_directory,
-                            std::vector<std::string>* absent) {
+Result<Config> parse_config(const std::string& text, const std::string& source_name,
+                            const std::filesystem::path& base_directory, std::vector<std::string>* absent) {
   auto root = TomlTable::parse(text, source_name);
   if (!root) return root.error();
   Reader reader(*root, base_directory);

@@ -76,8 +76,8 @@ struct Config {
 /// `source_name` is for messages; relative paths in the text are taken from `base_directory`. Reads the site sheet and checks
 /// that it is TOML. Errors name the file, the line and the key.
 /// `absent`, when given, receives the keys that are known and left out (config/reference.toml must leave out none).
-Result<Config> parse_config(const std::string& text, const std::string& source_name, const std::filesystem::path& base_directory,
-                            std::vector<std::string>* absent = nullptr);
+Result<Config> parse_config(const std::string& text, const std::string& source_name,
+                            const std::filesystem::path& base_directory, std::vector<std::string>* absent = nullptr);
 Result<Config> load_config(const std::filesystem::path& path);
 
 /// A configuration that travelled in a session: what it names on disk belongs to another machine and is left alone.

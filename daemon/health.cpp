@@ -41,9 +41,7 @@ Sample HealthReporter::sample(HostTime now) {
     if (last_arrival_ns == 0) continue;  // a result: its inputs tell how alive it is
     const std::uint64_t before = last_received_[topic];
     last_received_[topic] = counters.received;
-    const double rate_hz = sequence_ == 0 || interval_s <= 0
-                               ? 0
-                               : static_cast<double>(counters.received - before) / interval_s;
+    const double rate_hz = sequence_ == 0 || interval_s <= 0 ? 0 : static_cast<double>(counters.received - before) / interval_s;
     health.streams.push_back({topic, counters, rate_hz, std::max(0.0, to_seconds(now - host_time_from_ns(last_arrival_ns)))});
   }
   health.devices = supervisor_.devices();

@@ -35,10 +35,11 @@ void Progress::update(double share) {
   share = std::clamp(share, 0.0, 1.0);
   const int filled = static_cast<int>(share * kWidth);
   const double left_s = share > 0 ? (time_s - begin_s_) * (1 - share) / share : 0;
-  std::fputs(fmt::format("\r\033[K{} [{}{}] {:3.0f} %  {:.0f} s left", what_, std::string(static_cast<std::size_t>(filled), '='),
-                         std::string(static_cast<std::size_t>(kWidth - filled), ' '), share * 100, left_s)
-                 .c_str(),
-             stderr);
+  std::fputs(
+      fmt::format("\r\033[K{} [{}{}] {:3.0f} %  {:.0f} s left", what_, std::string(static_cast<std::size_t>(filled), '='),
+                  std::string(static_cast<std::size_t>(kWidth - filled), ' '), share * 100, left_s)
+          .c_str(),
+      stderr);
 }
 
 }  // namespace roseau::daemon

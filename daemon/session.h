@@ -22,12 +22,12 @@ struct SessionPlan {
   Config config;
   std::string mode;  // "live", "demo", "replay"
   std::vector<std::unique_ptr<SampleSource>> sources;
-  std::vector<std::string> cameras;       // devices to track
+  std::vector<std::string> cameras;           // devices to track
   std::vector<OperatorAction> first_actions;  // taken as inputs before anything else: targets a scene knows of
   std::set<std::pair<std::string, std::uint32_t>> recorded_skips;
-  PlayerControl* player = nullptr;        // replay only; outlives the session
-  std::optional<Duration> utc_minus_host_time;  // known from a recording; else taken from the system's clock
-  double expected_duration_s = 0;         // for the progress bar; 0: unknown
+  PlayerControl* player = nullptr;                   // replay only; outlives the session
+  std::optional<Duration> utc_minus_host_time;       // known from a recording; else taken from the system's clock
+  double expected_duration_s = 0;                    // for the progress bar; 0: unknown
   std::optional<std::filesystem::path> record_file;  // record into exactly this file
   SessionArguments arguments;
 };

@@ -55,8 +55,8 @@ class SeriesSink : public SampleSink {
     const bool is_truth = topic.starts_with("/truth");
     if (displacement == nullptr || is_truth) return true;
     constexpr std::string_view kImported = "/displacement/";
-    const std::string name = topic.starts_with(kImported) ? topic.substr(kImported.size())
-                                                          : target_of_topic(topic, "displacement").value_or(topic);
+    const std::string name =
+        topic.starts_with(kImported) ? topic.substr(kImported.size()) : target_of_topic(topic, "displacement").value_or(topic);
     Series& series = series_[name];
     if (series.x.empty()) series.first = sample.header.sample_time;
     series.last = sample.header.sample_time;

@@ -29,8 +29,8 @@ Result<Config> analysis_config(const ReplayArguments& arguments, const replay::S
 }  // namespace
 
 Result<SessionPlan> make_replay_plan(const ReplayArguments& arguments) {
-  auto source = replay::SessionSource::open_file(arguments.file,
-                                                 {.speed = arguments.speed, .loop = arguments.loop, .now = host_now});
+  auto source =
+      replay::SessionSource::open_file(arguments.file, {.speed = arguments.speed, .loop = arguments.loop, .now = host_now});
   if (!source) return source.error();
   for (const auto& damage : (*source)->damage()) log("replay")->warn("{}", damage);
   auto config = analysis_config(arguments, **source);

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <string_view>
 
@@ -37,5 +38,12 @@ class TemporaryFolder {
  private:
   std::filesystem::path path_;
 };
+
+/// A file's content; empty, and a failed test, when it cannot be read.
+inline std::string read_text_file(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) ADD_FAILURE() << "cannot read " << path;
+  return {std::istreambuf_iterator<char>(file), {}};
+}
 
 }  // namespace roseau::testing
