@@ -94,7 +94,7 @@ void add_import(Commands& commands, AllArguments& all) {
   sub->add_option("--sonic-rate", arguments.sonic_rate_hz, "Hz, when the file has no times")->check(CLI::PositiveNumber);
   sub->add_option("--temperature-unit", arguments.temperature_unit, "kelvin or celsius (default: by the values)");
   sub->add_option("--north-offset", arguments.north_offset_deg, "Degrees clockwise from north to the sonic's north mark");
-  sub->add_option("--displacement,--tracker", arguments.displacements, "[NAME=]FILE of one displacement series; may repeat");
+  sub->add_option("--displacement", arguments.displacements, "[NAME=]FILE of one displacement series; may repeat");
   sub->add_option("--rate", arguments.displacement_rate_hz, "Hz of the displacement series")->check(CLI::PositiveNumber);
   sub->add_option("--unit", arguments.displacement_unit, "Of the displacement: px, m, strain or other");
   sub->add_option("--start-offset", arguments.start_offset_s, "Seconds by which sonic and displacement start after the video");

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string verdict(const std::filesystem::path& path, const tools::Verification& found) {
+std::string verdict(const std::filesystem::path& path, const recorder::Verification& found) {
   std::string text = fmt::format("{}: {}, {} messages, {} bytes\n", path.string(),
                                  found.problem_count == 0 ? "whole" : fmt::format("{} problems", found.problem_count),
                                  found.messages, found.bytes);
@@ -33,7 +33,7 @@ int info_command(const FilesArguments& arguments) {
   int status = kExitOk;
   Json all = Json::array();
   for (const auto& file : arguments.files) {
-    const auto report = tools::inspect_session(file);
+    const auto report = recorder::inspect_session(file);
     if (!report) {
       status = failed(report.error());
     } else if (arguments.json) {
@@ -51,7 +51,7 @@ int verify_command(const FilesArguments& arguments) {
   Json all = Json::array();
   for (const auto& file : arguments.files) {
     Progress progress("verify");
-    const auto found = tools::verify_session(file, [&progress](double share) { progress.update(share); });
+    const auto found = recorder::verify_session(file, [&progress](double share) { progress.update(share); });
     if (!found) {
       status = failed(found.error());
       continue;

@@ -7,7 +7,7 @@
 #include "recorder/format/indexed_reader.h"
 #include "schema/conversion.h"
 
-namespace roseau::tools {
+namespace roseau::recorder {
 
 namespace {
 
@@ -133,4 +133,4 @@ Result<SessionReport> inspect_session(const std::filesystem::path& path) {
   return report;
 }
 
-}  // namespace roseau::tools
+}  // namespace roseau::recorder

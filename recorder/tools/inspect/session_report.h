@@ -15,7 +15,7 @@
 #include "core/wind_statistics.h"
 #include "recorder/format/topics.h"
 
-namespace roseau::tools {
+namespace roseau::recorder {
 
 struct StreamReport {
   StreamInfo info;
@@ -53,4 +53,4 @@ Result<SessionReport> inspect_session(const std::filesystem::path& path);
 std::string to_text(const SessionReport& report);
 std::string to_json(const SessionReport& report);
 
-}  // namespace roseau::tools
+}  // namespace roseau::recorder

@@ -8,7 +8,7 @@
 
 #include "recorder/tools/inspect/session_report.h"
 
-namespace roseau::tools {
+namespace roseau::recorder {
 
 namespace {
 
@@ -69,8 +69,8 @@ Json stream_json(const StreamReport& stream, HostTime begin) {
 }  // namespace
 
 std::string to_text(const SessionReport& report) {
-  std::string text = fmt::format("{}: {}, {:.1f} s", report.path.string(), size_text(report.bytes),
-                                 to_seconds(report.end - report.begin));
+  std::string text =
+      fmt::format("{}: {}, {:.1f} s", report.path.string(), size_text(report.bytes), to_seconds(report.end - report.begin));
   if (const auto begin = civil_time(report, report.begin)) text += fmt::format(", from {}", *begin);
   if (!report.session.program_version.empty()) text += fmt::format(", by roseau {}", report.session.program_version);
   text += "\n";
@@ -117,4 +117,4 @@ std::string to_json(const SessionReport& report) {
   return json.dump(2);
 }
 
-}  // namespace roseau::tools
+}  // namespace roseau::recorder

@@ -11,7 +11,7 @@
 #include "recorder/format/topics.h"
 #include "schema/conversion.h"
 
-namespace roseau::tools {
+namespace roseau::recorder {
 
 namespace {
 
@@ -173,4 +173,4 @@ Result<Verification> verify_session(const std::filesystem::path& path, const std
   return found;
 }
 
-}  // namespace roseau::tools
+}  // namespace roseau::recorder

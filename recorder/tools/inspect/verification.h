@@ -10,7 +10,7 @@
 
 #include "core/result.h"
 
-namespace roseau::tools {
+namespace roseau::recorder {
 
 struct Verification {
   std::uint64_t bytes = 0;
@@ -25,4 +25,4 @@ struct Verification {
 /// `progress` is called now and then with the share done. An Error only when the file cannot be opened at all.
 Result<Verification> verify_session(const std::filesystem::path& path, const std::function<void(double)>& progress = {});
 
-}  // namespace roseau::tools
+}  // namespace roseau::recorder
