@@ -13,7 +13,7 @@ drivers             : core drivers/link drivers/wire
 sync                : core calib/model
 recorder/format     : core schema
 recorder            : core schema recorder/format
-recorder/tools      : core schema recorder/format drivers/wire drivers/camera/file
+recorder/tools      : core schema recorder/format drivers/wire drivers
 replay              : core schema recorder/format drivers/link drivers/wire
 calib/model         : core
 calib/detect        : core calib/model
