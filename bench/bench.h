@@ -2,6 +2,7 @@
 // a figure that has a floor or a reference carries it beside ("floor_...", "reference_...").
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -17,8 +18,12 @@ struct Case {
   std::function<Result<nlohmann::ordered_json>()> run;
 };
 
+/// Where cases may put large files, that they remove again: --dir, else the system's directory for temporary files.
+const std::filesystem::path& work_directory();
+
 /// Each folder's cases register themselves here; main.cpp calls every one of these.
 void add_estimation_cases(std::vector<Case>& cases);
+void add_recording_cases(std::vector<Case>& cases);
 void add_synthesis_cases(std::vector<Case>& cases);
 
 }  // namespace roseau::bench

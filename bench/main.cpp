@@ -1,4 +1,4 @@
-// roseau-bench CASE [--json]
+// roseau-bench CASE [--json] [--dir DIR]
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -7,20 +7,25 @@
 
 namespace {
 
+std::filesystem::path work_directory_of_run = std::filesystem::temp_directory_path();
+
 void print_for_people(const nlohmann::ordered_json& figures) {
   for (const auto& [name, value] : figures.items()) std::printf("%-48s %s\n", name.c_str(), value.dump().c_str());
 }
 
 void list(const std::vector<roseau::bench::Case>& cases) {
-  std::fprintf(stderr, "usage: roseau-bench CASE [--json]\ncases:\n");
+  std::fprintf(stderr, "usage: roseau-bench CASE [--json] [--dir DIR]\ncases:\n");
   for (const auto& one : cases) std::fprintf(stderr, "  %-12s %s\n", one.name.c_str(), one.what.c_str());
 }
 
 }  // namespace
 
+const std::filesystem::path& roseau::bench::work_directory() { return work_directory_of_run; }
+
 int main(int argc, char** argv) {
   std::vector<roseau::bench::Case> cases;
   roseau::bench::add_estimation_cases(cases);
+  roseau::bench::add_recording_cases(cases);
   roseau::bench::add_synthesis_cases(cases);
 
   std::string wanted;
@@ -29,6 +34,8 @@ int main(int argc, char** argv) {
     const std::string argument = argv[i];
     if (argument == "--json") {
       json = true;
+    } else if (argument == "--dir" && i + 1 < argc) {
+      work_directory_of_run = argv[++i];
     } else if (wanted.empty() && !argument.starts_with("-")) {
       wanted = argument;
     } else {

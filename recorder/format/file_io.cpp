@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <new>
 #include <utility>
 
 namespace roseau::mcap {
@@ -17,6 +18,11 @@ namespace {
 constexpr std::uint64_t kReserveStep = 64U << 20U;
 constexpr std::uint64_t kWritebackStep = 8U << 20U;
 constexpr std::size_t kMaxParts = 256;  // per writev; IOV_MAX is 1024
+
+// O_DIRECT wants offsets, sizes and memory in whole blocks: 4096 does for every disk.
+constexpr std::size_t kBlockBytes = 4096;
+constexpr std::size_t kStagingBytes = 1U << 20U;          // stays in the processor's cache
+constexpr std::uint64_t kLeastDirectBytes = 256U << 10U;  // below, the page cache is cheaper
 
 ErrorCode code_of(int error_number) {
   switch (error_number) {
@@ -75,7 +81,9 @@ Result<std::unique_ptr<FileWritable>> FileWritable::create(const std::filesystem
   const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (fd < 0) return file_error("cannot create", path.string(), errno);
   sync_directory(path);
-  return adopt(fd, path.string());
+  auto file = adopt(fd, path.string());
+  file->direct_fd_ = ::open(path.c_str(), O_WRONLY | O_DIRECT | O_CLOEXEC);
+  return file;
 }
 
 std::unique_ptr<FileWritable> FileWritable::adopt(int fd, std::string path) {
@@ -83,28 +91,105 @@ std::unique_ptr<FileWritable> FileWritable::adopt(int fd, std::string path) {
 }
 
 FileWritable::~FileWritable() {
-  if (fd_ >= 0) ::close(fd_);
+  for (const int fd : {fd_, direct_fd_}) {
+    if (fd >= 0) ::close(fd);
+  }
+}
+
+void FileWritable::AlignedDelete::operator()(std::byte* bytes) const {
+  ::operator delete[](bytes, std::align_val_t{kBlockBytes});
 }
 
 Error FileWritable::failure(const char* what, int error_number) const { return file_error(what, path_, error_number); }
 
-Result<void> FileWritable::append(std::span<const std::span<const std::byte>> parts) {
+Result<void> FileWritable::append(Parts parts) {
   if (broken_) return *broken_;
   std::uint64_t bytes = 0;
   for (const auto& part : parts) bytes += part.size();
   if (auto reserved = reserve(bytes); !reserved) return reserved;
   const std::uint64_t size_before = size_;
-  auto written = write_parts(parts);
-  if (!written && size_ != size_before) {
-    const auto end = static_cast<off_t>(size_before);
-    if (::ftruncate(fd_, end) != 0 || ::lseek(fd_, end, SEEK_SET) != end) broken_ = written.error();
-    size_ = size_before;
+  const bool direct = direct_fd_ >= 0 && bytes >= kLeastDirectBytes;
+  auto written = direct ? write_direct(parts) : write_parts(parts);
+  if (written) {
+    keep_tail(parts, size_before);
+    start_writeback();
+  } else if (size_ != size_before) {
+    take_back(size_before, written.error());
+  } else if (direct && written.error().code == ErrorCode::unsupported) {
+    ::close(std::exchange(direct_fd_, -1));
+    return append(parts);
   }
-  if (written) start_writeback();
   return written;
 }
 
-Result<void> FileWritable::write_parts(std::span<const std::span<const std::byte>> parts) {
+void FileWritable::take_back(std::uint64_t size_before, const Error& error) {
+  const auto end = static_cast<off_t>(size_before);
+  if (::ftruncate(fd_, end) != 0 || ::lseek(fd_, end, SEEK_SET) != end) broken_ = error;
+  size_ = size_before;
+}
+
+void FileWritable::keep_tail(Parts parts, std::uint64_t size_before) {
+  if (direct_fd_ < 0) return;
+  const std::size_t wanted = size_ % kBlockBytes;
+  if (size_ - size_before < wanted) {  // still the same block
+    for (const auto& part : parts) tail_.insert(tail_.end(), part.begin(), part.end());
+    return;
+  }
+  tail_.resize(wanted);
+  std::size_t missing = wanted;
+  for (std::size_t i = parts.size(); i > 0 && missing > 0; --i) {
+    const auto part = parts[i - 1];
+    const std::size_t used = std::min(missing, part.size());
+    missing -= used;
+    std::ranges::copy(part.last(used), tail_.begin() + static_cast<std::ptrdiff_t>(missing));
+  }
+}
+
+/// Whole blocks directly, beginning with the one that is unfinished so far; the rest through the page cache, so that the file
+/// always has its true size and a crash leaves nothing behind its end.
+Result<void> FileWritable::write_direct(Parts parts) {
+  if (!staging_) {
+    staging_.reset(static_cast<std::byte*>(::operator new[](kStagingBytes, std::align_val_t{kBlockBytes})));
+  }
+  const std::span<std::byte> staging(staging_.get(), kStagingBytes);
+  std::ranges::copy(tail_, staging.begin());
+  std::size_t staged = tail_.size();
+  for (auto part : parts) {
+    while (!part.empty()) {
+      const auto some = part.first(std::min(part.size(), kStagingBytes - staged));
+      std::memcpy(staging.data() + staged, some.data(), some.size());
+      staged += some.size();
+      part = part.subspan(some.size());
+      if (staged < kStagingBytes) continue;
+      if (auto written = write_staged(staged); !written) return written;
+      staged = 0;
+    }
+  }
+  const std::size_t whole = staged - staged % kBlockBytes;
+  if (auto written = write_staged(whole); !written) return written;
+  if (::lseek(fd_, static_cast<off_t>(size_), SEEK_SET) < 0) return failure("cannot write", errno);
+  const std::span<const std::byte> rest[] = {staging.subspan(whole, staged - whole)};
+  return write_parts(rest);
+}
+
+/// The first `bytes` (whole blocks) of the staging buffer, at the last block border before the end.
+Result<void> FileWritable::write_staged(std::size_t bytes) {
+  std::size_t done = 0;
+  const std::uint64_t offset = size_ - size_ % kBlockBytes;
+  while (done < bytes) {
+    const ssize_t written = ::pwrite(direct_fd_, staging_.get() + done, bytes - done, static_cast<off_t>(offset + done));
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0 && errno == EINVAL && done == 0) {
+      return Error{ErrorCode::unsupported, "this file system has O_DIRECT in name only"};
+    }
+    if (written <= 0) return failure("cannot write", written < 0 ? errno : EIO);
+    done += static_cast<std::size_t>(written);
+    size_ = std::max(size_, offset + done);
+  }
+  return {};
+}
+
+Result<void> FileWritable::write_parts(Parts parts) {
   std::array<iovec, kMaxParts> vectors;
   for (std::size_t at = 0; at < parts.size(); at += kMaxParts) {
     const auto some = parts.subspan(at, std::min(kMaxParts, parts.size() - at));

@@ -8,12 +8,16 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "recorder/format/io.h"
 
 namespace roseau::mcap {
 
-/// Appends to a new file with writev: the parts go to the kernel from where they are, without a copy.
+/// Appends to a new file. Small appends go through the page cache. Large ones, where the file system can, by O_DIRECT through
+/// an aligned buffer: one copy, and neither the cost of filling the page cache nor the storms of it being emptied later.
+///
 /// Space is reserved ahead of the end in large steps (where the file system can), so that a disk that fills up is noticed while
 /// there is still room for the summary: `append` then fails with no_space, and after begin_closing() the last `kReserveBytes`
 /// may be used to close the file properly. What is reserved is not seen in the file's size, not even after a crash.
@@ -39,8 +43,16 @@ class FileWritable : public Writable {
   std::uint64_t size() const { return size_; }
 
  private:
+  struct AlignedDelete {
+    void operator()(std::byte* bytes) const;
+  };
   FileWritable(int fd, std::string path) : fd_(fd), path_(std::move(path)) {}
-  Result<void> write_parts(std::span<const std::span<const std::byte>> parts);
+  using Parts = std::span<const std::span<const std::byte>>;
+  Result<void> write_parts(Parts parts);
+  Result<void> write_direct(Parts parts);
+  Result<void> write_staged(std::size_t bytes);
+  void take_back(std::uint64_t size_before, const Error& error);
+  void keep_tail(Parts parts, std::uint64_t size_before);
   Result<void> write_all(std::span<iovec> parts);
   Result<void> reserve(std::uint64_t bytes);
   void start_writeback();
@@ -48,6 +60,9 @@ class FileWritable : public Writable {
 
   int fd_;
   std::string path_;
+  int direct_fd_ = -1;  // the same file, opened O_DIRECT; -1 where that cannot be
+  std::unique_ptr<std::byte[], AlignedDelete> staging_;
+  std::vector<std::byte> tail_;  // what the file holds of its last, unfinished block: an aligned write must repeat it
   std::uint64_t size_ = 0;
   std::uint64_t reserved_until_ = 0;
   std::uint64_t writeback_until_ = 0;

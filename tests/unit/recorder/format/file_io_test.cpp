@@ -9,6 +9,7 @@
 
 #include <csignal>
 #include <fstream>
+#include <random>
 
 #include "recorder/format/indexed_reader.h"
 #include "recorder/format/writer.h"
@@ -45,6 +46,42 @@ TEST_F(FileIo, ManyPartsOfEverySizeArriveInOrder) {
   std::vector<std::byte> read((*readable)->size());
   ASSERT_TRUE((*readable)->read(0, read));
   EXPECT_EQ(read, expected);
+}
+
+/// Appends of every size, small ones (page cache) and large ones (direct) mixed, in pieces.
+void append_and_compare(const std::filesystem::path& path) {
+  auto file = FileWritable::create(path);
+  ASSERT_TRUE(file);
+  std::mt19937 random(5);
+  std::vector<std::byte> expected;
+  for (int i = 0; i < 60; ++i) {
+    const std::size_t size = random() % 3 == 0 ? random() % 2'500'000 : random() % 9'000;
+    std::vector<std::byte> data(size);
+    for (std::byte& byte : data) byte = static_cast<std::byte>(random());
+    const std::span<const std::byte> all(data);
+    const std::size_t at = size == 0 ? 0 : random() % size;
+    const std::span<const std::byte> parts[] = {all.first(at), {}, all.subspan(at)};
+    ASSERT_TRUE((*file)->append(parts));
+    expected.insert(expected.end(), data.begin(), data.end());
+    ASSERT_EQ(std::filesystem::file_size(path), expected.size());  // exact at any time: a crash leaves no padding
+    ASSERT_TRUE(i % 10 != 0 || (*file)->sync());
+  }
+  ASSERT_TRUE((*file)->close());
+  auto readable = FileReadable::open(path);
+  ASSERT_TRUE(readable);
+  std::vector<std::byte> read((*readable)->size());
+  ASSERT_TRUE((*readable)->read(0, read));
+  EXPECT_TRUE(read == expected);
+}
+
+TEST_F(FileIo, SmallAndLargeAppendsMakeOneStream) { append_and_compare(directory / "a"); }
+
+TEST_F(FileIo, AFileSystemWithoutDirectWritingWillDo) {
+  const std::filesystem::path memory = "/dev/shm";  // tmpfs: older kernels have no O_DIRECT there
+  if (!std::filesystem::is_directory(memory)) GTEST_SKIP() << "no /dev/shm here";
+  const auto path = memory / directory.filename();
+  append_and_compare(path);
+  std::filesystem::remove(path);
 }
 
 TEST_F(FileIo, ReservedSpaceIsGivenBackAndNeverSeenInTheSize) {
@@ -124,6 +161,34 @@ TEST_F(FileIo, AWriteThatFailsInTheMiddleIsTakenBack) {
   }
   ASSERT_TRUE((*file)->close());
   EXPECT_EQ(std::filesystem::file_size(directory / "a"), 7000U);
+}
+
+TEST_F(FileIo, ALargeWriteThatFailsInTheMiddleIsTakenBackToTheByte) {
+  auto file = FileWritable::create(directory / "a");
+  ASSERT_TRUE(file);
+  const std::vector<std::byte> large(3'000'001, std::byte{7});
+  const std::vector<std::byte> small(1001, std::byte{8});
+  const std::span<const std::byte> large_parts[] = {large};
+  const std::span<const std::byte> small_parts[] = {small};
+  {
+    const FileSizeLimit limit(8'000'000);
+    ASSERT_TRUE((*file)->append(small_parts));
+    ASSERT_TRUE((*file)->append(large_parts));
+    ASSERT_TRUE((*file)->append(large_parts));
+    EXPECT_FALSE((*file)->append(large_parts));
+    EXPECT_EQ(std::filesystem::file_size(directory / "a"), 6'001'003U);
+    ASSERT_TRUE((*file)->append(small_parts));
+  }
+  ASSERT_TRUE((*file)->append(large_parts));  // there is room again
+  ASSERT_TRUE((*file)->close());
+  std::vector<std::byte> expected;
+  for (const auto* piece : {&small, &large, &large, &small, &large})
+    expected.insert(expected.end(), piece->begin(), piece->end());
+  auto readable = FileReadable::open(directory / "a");
+  ASSERT_TRUE(readable);
+  std::vector<std::byte> read((*readable)->size());
+  ASSERT_TRUE((*readable)->read(0, read));
+  EXPECT_TRUE(read == expected);
 }
 
 TEST_F(FileIo, AWriterOnAFullDiskSaysSo) {
