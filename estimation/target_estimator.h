@@ -31,6 +31,41 @@ struct TargetOutput {
   std::vector<TimedWind> winds;
 };
 
+namespace detail {
+
+// What the filter runs on: the last accepted identification.
+struct TargetParameters {
+  double natural_frequency_hz = 0;
+  double natural_frequency_sd_hz = 0;
+  double damping_ratio = 0;
+  double damping_ratio_sd = 0;
+  double noise_sd = 0;
+  double static_sd = 0;
+  double static_mean = 0;
+  Vec2 axis;
+  double duration_s = 0;
+  std::int64_t accepted_ns = 0;
+
+  template <class Archive>
+  void archive(Archive& a) {
+    a(natural_frequency_hz), a(natural_frequency_sd_hz), a(damping_ratio), a(damping_ratio_sd), a(noise_sd), a(static_sd);
+    a(static_mean), a(axis.x), a(axis.y), a(duration_s), a(accepted_ns);
+  }
+};
+// One accepted identification, for judging whether the frequency has stood still.
+struct Hop {
+  std::int64_t time_ns = 0;
+  double frequency_hz = 0;
+  double frequency_sd_hz = 0;
+
+  template <class Archive>
+  void archive(Archive& a) {
+    a(time_ns), a(frequency_hz), a(frequency_sd_hz);
+  }
+};
+
+}  // namespace detail
+
 class TargetEstimator {
  public:
   /// `options` must outlive the estimator.
@@ -52,36 +87,8 @@ class TargetEstimator {
   [[nodiscard]] bool load(StateReader& reader);
 
  private:
-  // What the filter runs on: the last accepted identification.
-  struct Parameters {
-    double natural_frequency_hz = 0;
-    double natural_frequency_sd_hz = 0;
-    double damping_ratio = 0;
-    double damping_ratio_sd = 0;
-    double noise_sd = 0;
-    double static_sd = 0;
-    double static_mean = 0;
-    Vec2 axis;
-    double duration_s = 0;
-    std::int64_t accepted_ns = 0;
-
-    template <class Archive>
-    void archive(Archive& a) {
-      a(natural_frequency_hz), a(natural_frequency_sd_hz), a(damping_ratio), a(damping_ratio_sd), a(noise_sd), a(static_sd);
-      a(static_mean), a(axis.x), a(axis.y), a(duration_s), a(accepted_ns);
-    }
-  };
-  // One accepted identification, for judging whether the frequency has stood still.
-  struct Hop {
-    std::int64_t time_ns = 0;
-    double frequency_hz = 0;
-    double frequency_sd_hz = 0;
-
-    template <class Archive>
-    void archive(Archive& a) {
-      a(time_ns), a(frequency_hz), a(frequency_sd_hz);
-    }
-  };
+  using Parameters = detail::TargetParameters;
+  using Hop = detail::Hop;
 
   template <class Self, class Archive>
   static void archive_parts(Self& self, Archive& a);

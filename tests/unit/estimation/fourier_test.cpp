@@ -76,7 +76,7 @@ TEST(Multitaper, OneLineLooksLikeTheTaperWindow) {
   for (const double value : window) total += value;
   EXPECT_NEAR(total, 1, 1e-12);
   for (int offset = -5; offset <= 5; ++offset) {
-    const double expected = window[static_cast<std::size_t>(24 + 4 * offset)] / window[24 + 4];
+    const double expected = window[static_cast<std::size_t>(offset + 6) * 4] / window[7 * 4];
     EXPECT_NEAR(spectrum.power[static_cast<std::size_t>(50 + offset)] / spectrum.power[51], expected, 2e-4) << offset;
   }
 }

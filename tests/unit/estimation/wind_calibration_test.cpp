@@ -7,6 +7,8 @@
 #include <numbers>
 #include <string>
 
+#include "estimation/identify.h"
+#include "estimation/latent_force_kalman.h"
 #include "estimation/trust_band.h"
 #include "tests/support/sway_simulation.h"
 
@@ -73,6 +75,56 @@ TEST(WindCalibration, RecoversTheCurveTheDirectionAndTheDelay) {
       const double lean = (signed_power(wind, field.exponent) - field.offset) / field.gain;
       EXPECT_NEAR(fit->wind_mps(lean), wind, 0.12) << wind;
     }
+  }
+}
+
+// The whole chain: sway -> identification -> static displacement; calibrated at 4 m/s, used at 6 m/s on the same target.
+TEST(WindCalibration, HoldsInAStrongerWindThanItWasMadeIn) {
+  for (const double exponent : {2.0, 1.4}) {
+    testing::SwayOptions options;
+    options.duration_s = 600;
+    options.mean_deflection_px = 8;
+    options.rest_offset_px = 2;
+    options.drag_exponent = exponent;
+    testing::SwayOptions stronger = options;
+    stronger.wind.mean_mps = 6;
+    stronger.mean_deflection_px = 8 * std::pow(1.5, exponent);
+    const auto weak_wind = testing::simulate_sway(51, options);
+    const auto strong_wind = testing::simulate_sway(951, stronger);
+    const auto fit = identify(std::span(weak_wind.displacement_px).first(3600), weak_wind.sample_period_s);
+    ASSERT_TRUE(fit);
+    const auto observed = [&](const testing::Sway& sway) {
+      LatentForceModel model;
+      model.natural_frequency_hz = fit->natural_frequency_hz;
+      model.damping_ratio = fit->damping_ratio;
+      model.sample_period_s = sway.sample_period_s;
+      model.noise_sd = fit->noise_sd;
+      model.static_mean = 15;
+      model.static_sd = 8;
+      LatentForceKalman filter(model, 15);
+      filter.start(sway.displacement_px[0]);
+      std::vector<double> result;
+      for (const double x : sway.displacement_px) {
+        if (const auto estimate = filter.step(x)) result.push_back(estimate->static_displacement);
+      }
+      return result;
+    };
+    const auto weak = observed(weak_wind);
+    Series series;
+    for (std::size_t i = 0; i < weak.size(); ++i) {
+      const auto time = host_time_from_ns(static_cast<std::int64_t>(i) * 33'333'333);
+      series.target.add(time, {weak[i], 0});
+      series.reference.add(time, wind_from_components(weak_wind.wind_mps[i], 250));
+    }
+    const auto calibration = calibrate_wind(series.target, series.reference);
+    ASSERT_TRUE(calibration);
+    EXPECT_NEAR(calibration->exponent, exponent, 0.11);
+    std::vector<double> wind;
+    for (const double lean : observed(strong_wind)) wind.push_back(calibration->wind_mps(lean));
+    const auto slow = [](std::span<const double> values) { return testing::zero_phase_low_pass(values, 1.0 / 30, 0.1); };
+    const auto truth = std::span(strong_wind.wind_mps).first(wind.size());
+    EXPECT_LT(testing::rms_difference(slow(wind), slow(truth)), 0.15) << exponent;
+    EXPECT_GT(testing::correlation(slow(wind), slow(truth)), 0.99) << exponent;
   }
 }
 
