@@ -51,6 +51,27 @@ struct PortableVector {
   }
 };
 
+// VIDA thesis 5.3.3: the peak of |X|^2, and the width at half its height, both in lines.
+struct HalfPower {
+  double peak = 0;
+  double width = 0;
+};
+
+HalfPower half_power(const std::vector<double>& series) {
+  std::vector<double> power;
+  for (const auto& bin : real_fft(series)) power.push_back(std::norm(bin));
+  std::size_t peak = 1;
+  for (std::size_t i = 1; i < power.size(); ++i) peak = power[i] > power[peak] ? i : peak;
+  const double half = power[peak] / 2;
+  std::size_t low = peak;
+  while (low > 0 && power[low] >= half) --low;
+  std::size_t high = peak;
+  while (high + 1 < power.size() && power[high] >= half) ++high;
+  const double left = static_cast<double>(low) + (half - power[low]) / (power[low + 1] - power[low]);
+  const double right = static_cast<double>(high) - (half - power[high]) / (power[high - 1] - power[high]);
+  return {static_cast<double>(peak), right - left};
+}
+
 IdentifyOptions thesis_options() {
   IdentifyOptions options;
   options.min_frequency_hz = 12.0 / 513;
@@ -82,6 +103,36 @@ TEST(Identify, PortableVectorAgreesWithAnIndependentProgram) {
   EXPECT_NEAR(fit->gamma_per_s / (2 * pi) * 513, 9.1848, 0.02);
   EXPECT_NEAR(fit->noise_sd, 0.036507, 2e-5);
   EXPECT_TRUE(fit->accepted);
+}
+
+// Errata: half power works for the thesis's force of equal amplitude in every line, and measures the width of a single line as
+// soon as the force is random.
+TEST(Identify, HalfPowerWidthIsOfOneLineUnderARandomForce) {
+  const HalfPower flat = half_power(PortableVector().noisy);
+  EXPECT_EQ(flat.peak, 28);
+  EXPECT_NEAR(flat.width, 10.5188257502, 1e-8);
+
+  constexpr int kSeeds = 40;
+  double half_power_bias = 0;
+  double fitted_bias = 0;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    GaussianSource random(seed);
+    std::vector<std::complex<double>> bins;
+    const double w0 = 2 * pi * 30 / 513;
+    for (int i = 0; i <= 256; ++i) {
+      const double w = 2 * pi * i / 513;
+      const double real = random.normal();
+      const std::complex<double> force(real, i == 0 ? 0 : random.normal());
+      bins.push_back(force / std::complex<double>(w0 * w0 - w * w, w * w0 / 3));
+    }
+    auto series = inverse_real_fft(bins, 513);
+    half_power_bias += (half_power(series).width / 10 - 1) / kSeeds;
+    const auto fit = identify(series, 1, thesis_options());
+    ASSERT_TRUE(fit);
+    fitted_bias += (fit->gamma_per_s / (w0 / 3) - 1) / kSeeds;
+  }
+  EXPECT_LT(half_power_bias, -0.7);
+  EXPECT_NEAR(fitted_bias, 0, 0.12);
 }
 
 TEST(Identify, ErrorsStayNearTheFloorOfTheRecord) {
