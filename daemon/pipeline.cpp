@@ -65,7 +65,9 @@ bool Pipeline::is_skipped(const Sample& frame) {
   skip.header = frame.header;
   skip.header.stream = skip_stream_;
   skip.header.sequence = skips_++;
+  // Decided now: as an input of this moment it is never late itself.
   skip.header.arrival_time = position();
+  skip.header.sample_time = position();
   skip.payload = Skip{.stream = frame.header.stream, .sequence = frame.header.sequence};
   new_skips_.push_back(std::move(skip));
   counters_.of(frame.header.stream).dropped.fetch_add(1, std::memory_order_relaxed);

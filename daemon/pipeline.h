@@ -29,7 +29,7 @@ class Pipeline {
   struct Options {
     sync::Sequencer::Options sequencer;
     Supervisor::Options supervisor;
-    std::size_t ring_capacity = 32;  // samples between each device's thread and the sequencer
+    std::size_t ring_capacity = 128;  // samples between each device's thread and the sequencer
     /// Live: a camera with this many frames waiting for its tracker has further ones skipped, together with the frames the
     /// other cameras took at the same time. 0 = never skip: wait.
     std::size_t skip_after_frames = 6;
