@@ -1,18 +1,15 @@
 #include "daemon/analysis.h"
 
 #include <algorithm>
-#include <ctime>
 #include <utility>
+
+#include "daemon/cpu_time.h"
 
 namespace roseau::daemon {
 
 namespace {
 
-double thread_cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
-}
+double thread_cpu_seconds() { return cpu_seconds_of(CLOCK_THREAD_CPUTIME_ID); }
 
 struct Collector : SampleSink {
   explicit Collector(std::vector<Sample>& into) : samples(into) {}

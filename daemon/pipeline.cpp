@@ -1,6 +1,6 @@
 #include "daemon/pipeline.h"
 
-#include <thread>
+#include "daemon/cpu_time.h"
 
 namespace roseau::daemon {
 
@@ -83,6 +83,7 @@ void Pipeline::on_ordered(Sample&& sample, HostTime log_time) {
 }
 
 void Pipeline::run(const std::stop_token& stop) {
+  const double begin_cpu_s = cpu_seconds_of(CLOCK_THREAD_CPUTIME_ID);
   supervisor_.start();
   bool operator_open = true;
   intake_.run(
@@ -100,6 +101,14 @@ void Pipeline::run(const std::stop_token& stop) {
   for (auto& skip : std::exchange(new_skips_, {})) sequencer_.take(std::move(skip));
   sequencer_.flush();
   analysis_.finish();
+  sequencer_cpu_s_ = cpu_seconds_of(CLOCK_THREAD_CPUTIME_ID) - begin_cpu_s;
+}
+
+std::vector<std::pair<std::string, double>> Pipeline::cpu_seconds() const {
+  auto used = analysis_.cpu_seconds();
+  used.emplace_back("sequencer", sequencer_cpu_s_.load());
+  used.emplace_back("process", cpu_seconds_of(CLOCK_PROCESS_CPUTIME_ID));
+  return used;
 }
 
 }  // namespace roseau::daemon

@@ -66,8 +66,9 @@ class Pipeline {
   std::vector<ClockState> clocks() const { return sequencer_.clocks(); }
   /// The log time of the input taken last. Thread-safe.
   HostTime position() const { return host_time_from_ns(position_ns_.load(std::memory_order_relaxed)); }
-  /// CPU seconds of the analysis so far, by part. Thread-safe.
-  std::vector<std::pair<std::string, double>> cpu_seconds() const { return analysis_.cpu_seconds(); }
+  /// CPU seconds so far by part: "sequencer" (once run() has ended), the analysis' parts, "process" (everything, the
+  /// recorder's and the display's threads included). Thread-safe.
+  std::vector<std::pair<std::string, double>> cpu_seconds() const;
 
  private:
   void take(Sample sample);
@@ -93,6 +94,7 @@ class Pipeline {
   std::uint32_t skips_ = 0;
   HostTime last_skipped_{Duration::min()};
   std::atomic<std::int64_t> position_ns_{0};
+  std::atomic<double> sequencer_cpu_s_{0};
 };
 
 }  // namespace roseau::daemon

@@ -16,6 +16,9 @@ namespace roseau::daemon {
 
 namespace {
 
+// The targets are known before the first frame, not with it.
+constexpr Duration kLead = std::chrono::milliseconds(1);
+
 /// Passes samples to the recorder and shows how far the scene has come.
 class ProgressSink : public SampleSink {
  public:
@@ -43,7 +46,7 @@ void record_targets(const synthesis::Scene& scene, StreamTable& streams, SampleS
     Sample sample;
     sample.header.stream = stream;
     sample.header.sequence = sequence++;
-    sample.header.arrival_time = synthesis::SimulatedRig::kSimulatedStart;
+    sample.header.arrival_time = synthesis::SimulatedRig::kSimulatedStart - kLead;
     sample.header.sample_time = sample.header.arrival_time;
     sample.payload = std::move(action);
     sink.receive(std::move(sample));
