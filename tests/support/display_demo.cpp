@@ -162,9 +162,10 @@ class Demo {
       if (options_.with_target) add_target(camera);
     }
     wind_ = add("/sonic/wind", SampleKind::wind, "sonic");
-    health_ = add("/health", SampleKind::health, "");
-    clocks_ = add("/clocks", SampleKind::clock_state, "");
-    actions_ = add("/operator", SampleKind::operator_action, "");
+    if (options_.with_target) fused_ = add("/wind/estimate", SampleKind::wind_estimate, "");
+    health_ = add("/roseau/health", SampleKind::health, "");
+    clocks_ = add("/roseau/clocks", SampleKind::clock_state, "");
+    actions_ = add("/roseau/operator", SampleKind::operator_action, "");
   }
 
   int run() {
@@ -317,6 +318,10 @@ class Demo {
                           .settling = options_.settling,
                           .scale_known = true};
     publish(camera.estimate, estimate, time, 250ms);
+    if (&camera != cameras_.data()) return;
+    estimate.wind_mps -= 0.2;
+    estimate.wind_sd_mps *= 0.7;
+    publish(fused_, estimate, time, 250ms);
   }
 
   void publish_knowledge(Camera& camera, double t_s, HostTime time) {
@@ -415,6 +420,7 @@ class Demo {
   Player player_;
   std::array<Camera, 2> cameras_;
   StreamId wind_ = 0;
+  StreamId fused_ = 0;
   StreamId health_ = 0;
   StreamId clocks_ = 0;
   StreamId actions_ = 0;

@@ -78,7 +78,7 @@ function updateWords(): void {
   topBar.update();
   chips.update(feed.connected);
   targets.update();
-  wind.update(targets.selected, isPaused());
+  wind.update(targets.selected, targets.estimating, isPaused());
   player.update();
   notices.update(feed);
 }
@@ -119,7 +119,7 @@ function onFrame(now_ms: number): void {
   timeline.follow(session.newest_s);
   if (now_ms - chartsAt_ms < kCharts_ms) return;
   chartsAt_ms = now_ms;
-  charts.update(targets.selected);
+  charts.update(targets.selected, targets.estimating);
 }
 
 feed.start();

@@ -75,6 +75,9 @@ test("a device that is being reopened is bad whatever its counters say", () => {
 
 test("targets are known by their topics", () => {
   assert.equal(targetKey("/camera0/target/branch/displacement"), "/camera0/target/branch");
+  assert.equal(targetKey("/camera0/target/branch/wind"), "/camera0/target/branch");
+  assert.equal(targetKey("/displacement/tree7"), "/displacement/tree7");
+  assert.equal(targetKey("/displacement/tree7/wind"), "/displacement/tree7");
   assert.equal(targetName("/camera0/target/branch"), "branch");
 });
 

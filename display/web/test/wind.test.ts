@@ -1,6 +1,19 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { componentFrom, Gust, horizontalWind, VectorMean } from "../src/model/wind.ts";
+import { componentFrom, Gust, horizontalWind, mountingOf, VectorMean, type Mounting } from "../src/model/wind.ts";
+
+const spar = (northOffset_deg: number): Mounting => ({ northOffset_deg, axes: "gill_spar" });
+
+test("mounting is read from metadata", () => {
+  assert.deepEqual(mountingOf({ north_offset_deg: "235", axes: "gill_axis" }), { northOffset_deg: 235, axes: "gill_axis" });
+  assert.deepEqual(mountingOf({ north_offset_deg: "north" }), spar(0));
+  // The same wind, seen by a head in AXIS configuration: u_spar = u cos 30 - v sin 30, v_spar = u sin 30 + v cos 30.
+  const [u, v] = [1.2, -2.9];
+  const cos = Math.cos(Math.PI / 6);
+  const turned = horizontalWind(u, v, { northOffset_deg: 10, axes: "gill_axis" });
+  const straight = horizontalWind(u * cos - v / 2, u / 2 + v * cos, spar(10));
+  assert.ok(Math.abs(turned.from_deg - straight.from_deg) < 1e-9);
+});
 
 // Gill: u > 0 blows from south to north, v > 0 from east to west.
 test("directions are where the wind comes from", () => {
@@ -11,12 +24,12 @@ test("directions are where the wind comes from", () => {
     [0, -3, 270],
   ];
   for (const [u, v, from] of cases) {
-    const wind = horizontalWind(u, v, 0);
+    const wind = horizontalWind(u, v, spar(0));
     assert.ok(Math.abs(wind.from_deg - from) < 1e-9, `${u} ${v}`);
     assert.equal(wind.speed_mps, 3);
   }
-  assert.ok(Math.abs(horizontalWind(-3, 0, 235).from_deg - 235) < 1e-9);
-  assert.ok(Math.abs(horizontalWind(0, -3, 235).from_deg - 145) < 1e-9);
+  assert.ok(Math.abs(horizontalWind(-3, 0, spar(235)).from_deg - 235) < 1e-9);
+  assert.ok(Math.abs(horizontalWind(0, -3, spar(235)).from_deg - 145) < 1e-9);
 });
 
 test("the part along a direction", () => {

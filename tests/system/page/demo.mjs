@@ -10,7 +10,7 @@ export class Demo {
   static async start(args = [], port = 0) {
     const program = join(kBin, "display_demo");
     if (!existsSync(program)) throw new Error(`${program} is not there: build the target display_demo`);
-    const child = spawn(program, ["--port", String(port), "--for", "280", ...args], { stdio: ["ignore", "pipe", "inherit"] });
+    const child = spawn(program, ["--port", String(port), "--for", "900", ...args], { stdio: ["ignore", "pipe", "inherit"] });
     const url = await new Promise((resolve, reject) => {
       child.stdout.once("data", (data) => resolve(String(data).trim()));
       child.once("exit", (code) => reject(new Error(`display_demo ended at once (${code})`)));
@@ -28,6 +28,7 @@ export class Demo {
     if (this.child.exitCode !== null || this.child.signalCode !== null) return;
     const ended = new Promise((resolve) => this.child.once("exit", resolve));
     this.child.kill(signal);
+    this.thaw(); // a frozen process ends only when it runs again
     await ended;
   }
 

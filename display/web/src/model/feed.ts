@@ -32,7 +32,6 @@ export class Feed {
       onLink: (connected) => {
         this.connected = connected;
         this.lostAt_ms = performance.now();
-        this.waiting.clear();
         this.onLink?.(connected);
       },
     });
@@ -51,6 +50,7 @@ export class Feed {
   }
 
   private onServerInfo(info: ServerInfo): void {
+    this.waiting.clear();
     if (this.info !== undefined && this.info.sessionId !== info.sessionId) this.session.forgetRun();
     this.info = info;
   }

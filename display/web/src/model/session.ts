@@ -22,7 +22,7 @@ import {
 import { motionOf, type Motion } from "./motion.ts";
 import type { TimeSeries } from "./series.ts";
 import { Freshness, Target, targetKey, targetName, WindStream } from "./target.ts";
-import { horizontalWind } from "./wind.ts";
+import { horizontalWind, mountingOf } from "./wind.ts";
 
 export interface Camera {
   device: string;
@@ -47,6 +47,8 @@ interface Subscribed {
 }
 
 const kPreview = "/preview";
+const kTruth = "/truth/"; // what only a simulation knows is not for the operator
+const kFused = "/wind/estimate"; // one wind from all targets
 const kBackwards_s = 1; // time going back by more than this: a replay started over
 
 /** Channels the page reads, by schema; of the others it only shows how they are. */
@@ -72,6 +74,8 @@ const kWithHistory = new Set(["roseau.Wind", "roseau.Displacement", "roseau.Wind
 export class Session {
   readonly cameras = new Map<string, Camera>(); // by device
   readonly targets = new Map<string, Target>(); // by key
+  /** One wind from all targets that can be compared; a target in form only. */
+  readonly fused = new Target("/wind", "all targets", "");
   readonly winds = new Map<string, WindStream>(); // by topic
   readonly clocks = new Map<string, ClockState>(); // by device
   readonly streams = new Map<string, StreamInfo>(); // by topic
@@ -91,7 +95,7 @@ export class Session {
     for (const stream of streams) this.streams.set(stream.topic, stream);
     const wanted: { subscribe: number[]; history: number[] } = { subscribe: [], history: [] };
     for (const channel of channels) {
-      if (!kRead.has(channel.schemaName)) continue;
+      if (!kRead.has(channel.schemaName) || channel.topic.startsWith(kTruth)) continue;
       const decode = decoderFor(channel);
       if (decode === undefined) continue;
       this.channels.set(channel.id, { channel, decode });
@@ -111,6 +115,7 @@ export class Session {
   /** Another run of the daemon, or a replay that started over: what was known no longer holds. */
   reset(): void {
     for (const target of this.targets.values()) target.clear();
+    this.fused.clear();
     for (const wind of this.winds.values()) wind.clear();
     this.marks.length = 0;
     this.newest_s = -Infinity;
@@ -149,9 +154,9 @@ export class Session {
     return Math.max(seen.age_s, this.newest_s - series.lastTime);
   }
 
-  /** The wind the estimate is compared with: the first measured one. */
-  get measuredWind(): WindStream | undefined {
-    return [...this.winds.values()].find((wind) => !wind.topic.startsWith("/truth"));
+  /** The wind that a target's estimate is compared with, else the first measured one. */
+  measuredWind(target: Target | undefined): WindStream | undefined {
+    return this.winds.get(target?.calibration?.reference ?? "") ?? [...this.winds.values()][0];
   }
 
   private device(topic: string): string {
@@ -178,8 +183,8 @@ export class Session {
     }
     if (channel.schemaName === "roseau.Displacement") this.target(topic);
     if (channel.schemaName === "roseau.Wind" && !this.winds.has(topic)) {
-      const offset = Number(this.streams.get(topic)?.metadata["north_offset_deg"] ?? 0);
-      this.winds.set(topic, new WindStream(topic, this.device(topic), Number.isFinite(offset) ? offset : 0));
+      const mounting = mountingOf(this.streams.get(topic)?.metadata ?? {});
+      this.winds.set(topic, new WindStream(topic, this.device(topic), mounting));
     }
   }
 
@@ -200,7 +205,7 @@ export class Session {
       case "roseau.Displacement":
         return this.takeDisplacement(this.target(topic), message as Displacement);
       case "roseau.WindEstimate":
-        return this.takeEstimate(this.target(topic), message as WindEstimate);
+        return this.takeEstimate(topic === kFused ? this.fused : this.target(topic), message as WindEstimate);
       case "roseau.Identification":
         this.target(topic).identification = message as Identification;
         return;
@@ -241,7 +246,7 @@ export class Session {
       wind.series.push(time_s, NaN, NaN);
       return;
     }
-    const value = horizontalWind(message.uMps, message.vMps, wind.northOffset_deg);
+    const value = horizontalWind(message.uMps, message.vMps, wind.mounting);
     if (!wind.series.push(time_s, value.speed_mps, value.from_deg)) return;
     wind.mean.push(time_s, value);
     wind.gust.push(time_s, value.speed_mps);
@@ -266,6 +271,11 @@ export class Session {
   }
 
   private takeAction(message: OperatorAction): void {
+    if (message.kind === ActionKind.removeTarget || message.kind === ActionKind.addTarget) {
+      for (const target of this.targets.values()) {
+        if (target.name === message.text) target.removed = message.kind === ActionKind.removeTarget;
+      }
+    }
     if (message.kind === ActionKind.mark || message.kind === ActionKind.note) {
       const time_s = seconds(message.timestamp);
       if (!this.marks.some((mark) => mark.time_s === time_s)) this.marks.push({ time_s, text: message.text });

@@ -1,7 +1,7 @@
 // What the page knows about one tracked target and about one wind stream.
 import type { ForceSpectrum, Identification, ImageRect, WindCalibration, WindEstimate } from "./messages.ts";
 import { TimeSeries } from "./series.ts";
-import { Gust, VectorMean } from "./wind.ts";
+import { Gust, VectorMean, type Mounting } from "./wind.ts";
 
 const kCapacity = 60_000; // 20 min at 50/s
 
@@ -49,8 +49,14 @@ export class Target {
   }
 }
 
-/** "/camera0/target/branch/displacement" -> "/camera0/target/branch". */
+const kImported = "/displacement/";
+
+/**
+ * What a target's topics have in common: "/camera0/target/branch/displacement" and ".../wind" -> "/camera0/target/branch".
+ * An imported series is "/displacement/tree" itself, and its results lie below it.
+ */
 export function targetKey(topic: string): string {
+  if (topic.startsWith(kImported) && !topic.slice(kImported.length).includes("/")) return topic;
   const cut = topic.lastIndexOf("/");
   return cut > 0 ? topic.slice(0, cut) : topic;
 }
@@ -70,7 +76,7 @@ export class WindStream {
   constructor(
     readonly topic: string,
     readonly device: string,
-    readonly northOffset_deg: number,
+    readonly mounting: Mounting,
   ) {}
 
   clear(): void {

@@ -5,12 +5,21 @@ export interface HorizontalWind {
   from_deg: number; // where it comes from, clockwise from north
 }
 
-/**
- * Components in Gill's frame: u positive blowing towards the instrument's north, v positive blowing towards its west.
- * `northOffset_deg`: azimuth of the instrument's north mark.
- */
-export function horizontalWind(u_mps: number, v_mps: number, northOffset_deg: number): HorizontalWind {
-  const from_deg = (Math.atan2(v_mps, -u_mps) * 180) / Math.PI + northOffset_deg;
+/** How an anemometer stands: the stream's metadata "axes" and "north_offset_deg" (core/wind_geometry.h). */
+export interface Mounting {
+  northOffset_deg: number; // azimuth of the instrument's north mark
+  axes: string; // "gill_spar", or "gill_axis": turned by 30 degrees
+}
+
+export function mountingOf(metadata: Record<string, string>): Mounting {
+  const offset = Number(metadata["north_offset_deg"] ?? 0);
+  return { northOffset_deg: Number.isFinite(offset) ? offset : 0, axes: metadata["axes"] ?? "gill_spar" };
+}
+
+/** Gill's spar axes: u positive blowing towards the instrument's north, v positive blowing towards its west. */
+export function horizontalWind(u_mps: number, v_mps: number, mounting: Mounting): HorizontalWind {
+  const turned_deg = mounting.axes === "gill_axis" ? 30 : 0;
+  const from_deg = (Math.atan2(v_mps, -u_mps) * 180) / Math.PI - turned_deg + mounting.northOffset_deg;
   return { speed_mps: Math.hypot(u_mps, v_mps), from_deg: ((from_deg % 360) + 360) % 360 };
 }
 

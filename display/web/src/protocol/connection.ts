@@ -14,14 +14,15 @@ export interface ConnectionEvents {
   onChannels(channels: Channel[]): void;
   onMessage(channelId: number, logTime_ns: bigint, payload: Uint8Array): void;
   onStatus(level: number, message: string): void;
-  /** `since_ms`: how long nothing has been heard, when connected is false. */
   onLink(connected: boolean): void;
 }
 
-// The server says something four times a second (/display/state): this long without a word means that it is lost.
-const kSilence_ms = 1500;
+// The server says something four times a second (/display/state): this long without a word, and it is said to be lost.
+const kSilence_ms = 1300;
+// A short hole in the radio link passes; after this long the connection is given up for a new one.
+const kGiveUp_ms = 4000;
 const kRetry_ms = 700;
-const kLook_ms = 250;
+const kLook_ms = 100;
 
 export class Connection {
   private socket: WebSocket | undefined;
@@ -86,28 +87,33 @@ export class Connection {
 
   private heard(): void {
     this.lastHeard_ms = performance.now();
-    if (this.connected) return;
-    this.connected = true;
-    this.events.onLink(true);
+    this.say(true);
+  }
+
+  private say(connected: boolean): void {
+    if (this.connected === connected) return;
+    this.connected = connected;
+    this.events.onLink(connected);
   }
 
   private lose(): void {
     this.socket = undefined;
     this.retryAt_ms = performance.now() + kRetry_ms;
-    if (!this.connected) return;
-    this.connected = false;
-    this.events.onLink(false);
+    this.say(false);
   }
 
   private look(): void {
     const now_ms = performance.now();
+    const silent_ms = now_ms - this.lastHeard_ms;
     if (this.socket === undefined) {
       if (now_ms >= this.retryAt_ms) this.open();
-    } else if (now_ms - this.lastHeard_ms > kSilence_ms) {
+    } else if (silent_ms > kGiveUp_ms) {
       // A pulled cable closes nothing: let go of this connection and try a new one.
       const silent = this.socket;
       this.lose();
       silent.close();
+    } else if (silent_ms > kSilence_ms) {
+      this.say(false);
     }
   }
 

@@ -62,13 +62,14 @@ export class Charts {
     this.shownSpectrum = undefined;
   }
 
-  update(target: Target | undefined): void {
+  /** `target`: the selected one; `source`: whose estimate is shown, it or all together. */
+  update(target: Target | undefined, source: Target | undefined): void {
     setHidden(this.live, this.timeline.isLive);
     setText(byId("chart-span"), this.spanWords());
     const marks = this.session.marks;
-    this.wind.update([this.estimatedPiece(target), this.measuredPiece(target)], marks);
+    this.wind.update([this.estimatedPiece(source), this.measuredPiece(target)], marks);
     this.displacement.update([this.displacementPiece(target)], marks);
-    this.updateWords(target);
+    this.updateWords(target, source);
     if (this.shownSpectrum === target?.spectrum && target?.spectrum !== undefined) return;
     this.shownSpectrum = target?.spectrum;
     setHidden(byId("spectrum-empty"), target?.spectrum !== undefined);
@@ -96,7 +97,7 @@ export class Charts {
   }
 
   private measuredPiece(target: Target | undefined): Piece {
-    const wind = this.session.measuredWind;
+    const wind = this.session.measuredWind(target);
     if (wind === undefined) return kEmpty(1);
     const piece = wind.series.piece(this.timeline.from_s, this.timeline.to_s);
     const [speeds, directions] = piece.columns as [(number | null)[], (number | null)[]];
@@ -130,10 +131,10 @@ export class Charts {
     return { times: piece.times, columns: [along] };
   }
 
-  private updateWords(target: Target | undefined): void {
+  private updateWords(target: Target | undefined, source: Target | undefined): void {
     const along = this.direction(target);
     setText(byId("legend-measured-name"), along === undefined ? "measured speed" : `measured along ${bearing(along)}`);
-    setText(byId("legend-estimated-name"), target?.estimate?.scaleKnown === false ? "estimated, scale unknown" : "estimated ± sd");
+    setText(byId("legend-estimated-name"), source?.estimate?.scaleKnown === false ? "estimated, scale unknown" : "estimated ± sd");
     setText(byId("displacement-title"), target === undefined ? "Displacement" : `Displacement of ${target.name}`);
     const direction = target?.axis === undefined ? "to the right" : "along its main axis";
     setText(byId("displacement-unit"), target === undefined ? "" : `${kUnits[target.unit] ?? ""}, ${direction}`);

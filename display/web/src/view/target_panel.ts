@@ -43,12 +43,20 @@ export class TargetPanel {
   }
 
   targets(): Target[] {
-    return [...this.session.targets.values()].filter((target) => !target.removed && !target.key.startsWith("/truth"));
+    return [...this.session.targets.values()].filter((target) => !target.removed);
   }
 
+  /** Where the estimate shown comes from: all targets together where there are several, unless one was chosen. */
+  get estimating(): Target | undefined {
+    const { fused } = this.session;
+    const several = this.targets().length > 1 && this.session.age_s(fused.estimateSeen, fused.estimates) < kSilent_s;
+    return several && this.selectedKey === undefined ? fused : this.selected;
+  }
+
+  /** A second time: no longer, all count again. */
   select(target: Target | undefined): void {
     if (target === undefined) return;
-    this.selectedKey = target.key;
+    this.selectedKey = this.selectedKey === target.key ? undefined : target.key;
     this.onSelect?.();
   }
 
@@ -143,7 +151,6 @@ export class TargetPanel {
       }
       void act({ kind: "remove_target", text: target.name }).then((error) => {
         this.notices.report(error, `Target ${target.name} is no longer tracked`);
-        if (error === undefined) target.removed = true;
       });
     });
     return button;

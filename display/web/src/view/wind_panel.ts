@@ -1,5 +1,6 @@
 // The wind: measured and estimated, in numbers that can be read from across the field, and how far to believe the estimate.
 import { bearing, fixed, percent, roughDuration, withSd } from "../model/format.ts";
+import type { WindCalibration, WindEstimate } from "../model/messages.ts";
 import type { Session } from "../model/session.ts";
 import type { Target, WindStream } from "../model/target.ts";
 import { byId, setClass, setHidden, setText } from "./dom.ts";
@@ -34,6 +35,7 @@ export class WindPanel {
   private readonly age = byId("wind-age");
   private readonly arrow = byId("wind-arrow");
   private readonly estimated = byId("wind-estimated");
+  private readonly title = byId("estimate-title");
   private readonly value = byId("estimate-value");
   private readonly unit = byId("estimate-unit");
   private readonly settling = byId("estimate-settling");
@@ -42,9 +44,11 @@ export class WindPanel {
 
   constructor(private readonly session: Session) {}
 
-  update(target: Target | undefined, paused: boolean): void {
-    this.updateMeasured(this.session.measuredWind, paused);
-    this.updateEstimate(target, paused);
+  /** `target`: the selected one; `source`: whose estimate is shown, it or all together. */
+  update(target: Target | undefined, source: Target | undefined, paused: boolean): void {
+    this.updateMeasured(this.session.measuredWind(target), paused);
+    setText(this.title, source === undefined ? "Estimated from the motion" : `Estimated from ${source.name}`);
+    this.updateEstimate(target, source?.estimate, source === this.session.fused, paused);
   }
 
   private updateMeasured(wind: WindStream | undefined, paused: boolean): void {
@@ -64,9 +68,8 @@ export class WindPanel {
     setClass(this.arrow, "none", mean === undefined || !(mean.speed_mps > 0));
   }
 
-  private updateEstimate(target: Target | undefined, paused: boolean): void {
-    const reason = paused && target?.estimate?.accepted ? undefined : reasonForNone(target, this.session);
-    const estimate = target?.estimate;
+  private updateEstimate(target: Target | undefined, estimate: WindEstimate | undefined, fused: boolean, paused: boolean): void {
+    const reason = fused || (paused && estimate?.accepted) ? undefined : reasonForNone(target, this.session);
     const shown = reason === undefined && estimate !== undefined;
     setClass(this.estimated, "none", !shown);
     setHidden(this.reason, shown);
@@ -80,14 +83,13 @@ export class WindPanel {
     }
     setText(this.value, withSd(estimate.windMps, estimate.windSdMps, 1));
     setText(this.unit, estimate.scaleKnown ? "m/s" : "× an unknown scale");
-    setText(this.trust, trustWords(target));
+    setText(this.trust, trustWords(target.calibration, estimate));
   }
 }
 
-function trustWords(target: Target): string {
-  const calibration = target.calibration;
-  const lag = `${fixed(target.estimate?.lagS ?? NaN, 2)} s behind`;
-  if (target.estimate?.scaleKnown !== true) return `no reference wind to set the scale by; ${lag}`;
+function trustWords(calibration: WindCalibration | undefined, estimate: WindEstimate): string {
+  const lag = `${fixed(estimate.lagS, 2)} s behind`;
+  if (!estimate.scaleKnown) return `no reference wind to set the scale by; ${lag}`;
   if (calibration === undefined || !Number.isFinite(calibration.explained) || calibration.secondsUsed < kEnough_s) {
     return `being compared with the measured wind; ${lag}`;
   }
