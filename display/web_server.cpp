@@ -1,6 +1,11 @@
 // Boost.Asio 1.74 uses std::exchange without including it.
 #include <utility>
 
+// The thread sanitizer cannot follow fences; the mutex of Asio's scheduler orders the same memory.
+#ifdef __SANITIZE_THREAD__
+#define BOOST_ASIO_DISABLE_FENCED_BLOCK
+#endif
+
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 
