@@ -12,7 +12,9 @@ struct Decoded {
   int width = 0;
   int height = 0;
   std::vector<unsigned char> rgb;
-  int at(int x, int y, int channel) const { return rgb[static_cast<std::size_t>((y * width + x) * 3 + channel)]; }
+  int at(int x, int y, std::size_t channel) const {
+    return rgb.at((static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) * 3 + channel);
+  }
 };
 
 Decoded decode(std::string_view jpeg) {
@@ -22,7 +24,7 @@ Decoded decode(std::string_view jpeg) {
   int subsampling = 0;
   int colorspace = 0;
   EXPECT_EQ(tjDecompressHeader3(handle, bytes, jpeg.size(), &out.width, &out.height, &subsampling, &colorspace), 0);
-  out.rgb.resize(static_cast<std::size_t>(out.width * out.height * 3));
+  out.rgb.resize(static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height) * 3);
   EXPECT_EQ(tjDecompress2(handle, bytes, jpeg.size(), out.rgb.data(), out.width, 0, out.height, TJPF_RGB, 0), 0);
   tjDestroy(handle);
   return out;
