@@ -40,7 +40,7 @@ struct AnemometerOptions {
   double rate_hz = 1;             // both models' factory setting
   bool is_averaging = false;      // WindMaster only
   std::optional<double> delay_s;  // default_delay_s unless given
-  char node = 0;  // 0 = any
+  char node = 0;                  // 0 = any
   bool keeps_messages_apart = false;
 };
 

@@ -96,7 +96,8 @@ GillFramer::Step GillFramer::match_delimited(bool is_nmea, bool message_ends, Gi
     }
     if (!is_printable(text[i]) || text[i] == '$') return give_up_delimited(is_nmea, i);
   }
-  if (message_ends || text.size() >= longest + kChecksumDigits) return give_up_delimited(is_nmea, std::min(longest, text.size()));
+  if (message_ends || text.size() >= longest + kChecksumDigits)
+    return give_up_delimited(is_nmea, std::min(longest, text.size()));
   return Step::needs_more;
 }
 

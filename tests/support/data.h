@@ -17,8 +17,10 @@ inline std::filesystem::path data_root() {
 }  // namespace roseau::testing
 
 // `const auto path = ...; ` in the test's own scope, because only there can the test be skipped.
+// NOLINTBEGIN(bugprone-macro-parentheses): a variable's name cannot stand in parentheses
 #define ROSEAU_REQUIRE_DATA(variable, relative)                                                      \
   const std::filesystem::path variable = ::roseau::testing::data_root() / (relative);                \
   if (!std::filesystem::exists(variable)) {                                                          \
     GTEST_SKIP() << "real recording absent: " << variable << " (set ROSEAU_DATA to where they are)"; \
   }
+// NOLINTEND(bugprone-macro-parentheses)

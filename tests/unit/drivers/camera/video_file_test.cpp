@@ -34,7 +34,7 @@ struct TimesOnly : SampleSink {
 
 constexpr HostTime kStart{std::chrono::seconds{100}};
 
-std::unique_ptr<VideoFile> opened(VideoFileOptions options, StreamTable& streams) {
+std::unique_ptr<VideoFile> opened(const VideoFileOptions& options, StreamTable& streams) {
   auto video = make_video_file(options);
   EXPECT_TRUE(video) << video.error().message;
   const auto result = (*video)->open(streams);
