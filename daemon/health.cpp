@@ -10,7 +10,22 @@ HealthReporter::HealthReporter(StreamTable& streams, sync::CounterTable& counter
       counters_(counters),
       supervisor_(supervisor),
       recorder_(recorder),
-      stream_(streams.add({.topic = "/roseau/health", .kind = "health", .role = StreamRole::health})) {}
+      stream_(streams.add({.topic = "/roseau/health", .kind = "health", .role = StreamRole::health})),
+      drop_stream_(streams.add({.topic = "/roseau/drops", .kind = "drop", .role = StreamRole::health})) {}
+
+std::vector<Sample> HealthReporter::new_drops(HostTime now) {
+  std::vector<Sample> drops;
+  for (const auto& [topic, counters] : upstream_counters()) {
+    std::uint64_t& reported = reported_drops_[topic];
+    if (counters.dropped == reported) continue;
+    Sample sample;
+    sample.header = {.stream = drop_stream_, .sequence = drop_sequence_++, .arrival_time = now, .sample_time = now};
+    sample.payload = Drop{.topic = topic, .stage = "sequencer", .count = counters.dropped - reported};
+    reported = counters.dropped;
+    drops.push_back(std::move(sample));
+  }
+  return drops;
+}
 
 std::map<std::string, StreamCounters> HealthReporter::upstream_counters() const {
   std::map<std::string, StreamCounters> by_topic;

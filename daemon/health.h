@@ -3,6 +3,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "core/sample.h"
 #include "core/stream.h"
@@ -20,6 +21,9 @@ class HealthReporter {
   /// A Health sample on /roseau/health as of `now`. Rates are means since the report before. One thread.
   Sample sample(HostTime now);
 
+  /// What was dropped before the recorder since the call before, as Drop samples on /roseau/drops. One thread.
+  std::vector<Sample> new_drops(HostTime now);
+
   /// Of every stream, as far as the recorder has no part in it: for the recorder to add its own. Thread-safe.
   std::map<std::string, StreamCounters> upstream_counters() const;
   /// Of every stream, recorded and dropped by the recorder included. Thread-safe.
@@ -34,6 +38,9 @@ class HealthReporter {
   std::uint32_t sequence_ = 0;
   HostTime last_;
   std::map<std::string, std::uint64_t> last_received_;
+  StreamId drop_stream_;
+  std::uint32_t drop_sequence_ = 0;
+  std::map<std::string, std::uint64_t> reported_drops_;
 };
 
 }  // namespace roseau::daemon

@@ -237,7 +237,11 @@ class Session {
   void publish_health(HostTime now) {
     // On the axis of the samples: in a replay that is the recording's time.
     const HostTime session_now = is_replay_ ? pipeline_.position() : now;
-    Sample sample = health_.sample(session_now);
+    for (const Sample& drop : health_.new_drops(session_now)) {
+      recorder_.record(drop, session_now);
+      if (display_) display_->publish(drop, session_now);
+    }
+    const Sample sample = health_.sample(session_now);
     recorder_.record(sample, session_now);
     if (display_) display_->publish(sample, session_now);
     const auto& health = std::get<Health>(sample.payload);
