@@ -55,7 +55,8 @@ function updateTiles(): void {
     const tile = new CameraTile(camera, {
       notices,
       freeName: () => targets.freeName(),
-      selected: () => targets.selected?.name,
+      selected: () => (targets.selected?.device === device ? targets.selected.name : undefined),
+      mayChoose: () => !session.isReplay,
       onDrawn: () => {
         if (targets.selected?.device === device) targets.drawCloseUp();
       },
@@ -70,6 +71,7 @@ function updateTiles(): void {
   }
   place.dataset["count"] = String(tiles.size);
   setHidden(byId("no-cameras"), tiles.size > 0);
+  setHidden(chooseButton, session.isReplay);
   for (const tile of tiles.values()) tile.update(isPaused());
 }
 
@@ -87,10 +89,17 @@ function selectByNumber(number: number): void {
   targets.select(targets.targets()[number - 1]);
 }
 
+/** What is replayed has happened: its keys do nothing. */
+function live(action: () => void): () => void {
+  return () => {
+    if (!session.isReplay) action();
+  };
+}
+
 const keys = new Map<string, () => void>([
-  ["m", () => void topBar.mark()],
-  ["r", () => void topBar.record()],
-  ["t", () => choose(!choosing)],
+  ["m", live(() => void topBar.mark())],
+  ["r", live(() => void topBar.record())],
+  ["t", live(() => choose(!choosing))],
   ["l", () => theme.toggle()],
   ["f", () => [...tiles.values()][0]?.toggleFull()],
   [" ", () => player.toggle()],

@@ -73,6 +73,12 @@ test("a device that is being reopened is bad whatever its counters say", () => {
   assert.equal(view?.words, "reopening");
 });
 
+test("a simulation's truth is no device", () => {
+  const session = sessionWith([["/truth/wind", "wind", "truth"]]);
+  const devices = [{ name: "truth", state: DeviceState.running, message: "" }];
+  assert.deepEqual(deviceViews(health({ streams: [stream("/truth/wind", 20)], devices }), session), []);
+});
+
 test("targets are known by their topics", () => {
   assert.equal(targetKey("/camera0/target/branch/displacement"), "/camera0/target/branch");
   assert.equal(targetKey("/camera0/target/branch/wind"), "/camera0/target/branch");

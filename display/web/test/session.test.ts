@@ -64,7 +64,9 @@ test("removed targets are gone, and back when chosen again", () => {
   const { session: made, send } = session();
   send("/camera0/target/branch/displacement", 1, { x: 1, y: 2, valid: true, unit: 1, health: 1 });
   const target = made.targets.get("/camera0/target/branch")!;
-  send("/roseau/operator", 2, { kind: ActionKind.removeTarget, text: "branch" });
+  send("/roseau/operator", 2, { kind: ActionKind.removeTarget, text: "branch", camera: "camera1" });
+  assert.equal(target.removed, false, "another camera's branch");
+  send("/roseau/operator", 2.5, { kind: ActionKind.removeTarget, text: "branch", camera: "camera0" });
   assert.equal(target.removed, true);
   send("/roseau/operator", 3, { kind: ActionKind.addTarget, text: "branch" });
   assert.equal(target.removed, false);

@@ -6,7 +6,7 @@ export type Action =
   | { kind: "mark"; text?: string }
   | { kind: "note"; text: string }
   | { kind: "add_target"; text: string; camera: string; region: ImageRect }
-  | { kind: "remove_target"; text: string }
+  | { kind: "remove_target"; text: string; camera: string }
   | { kind: "start_recording" | "stop_recording" };
 
 export type PlayerCommand = { command: "play" | "pause" } | { command: "speed"; speed: number | null };

@@ -161,6 +161,7 @@ export interface OperatorAction {
   timestamp?: Timestamp;
   kind: ActionKind;
   text: string;
+  camera: string; // empty: whichever has a target of that name
 }
 
 export interface LogEntry {

@@ -273,7 +273,8 @@ export class Session {
   private takeAction(message: OperatorAction): void {
     if (message.kind === ActionKind.removeTarget || message.kind === ActionKind.addTarget) {
       for (const target of this.targets.values()) {
-        if (target.name === message.text) target.removed = message.kind === ActionKind.removeTarget;
+        const isMeant = target.name === message.text && (!message.camera || message.camera === target.device);
+        if (isMeant) target.removed = message.kind === ActionKind.removeTarget;
       }
     }
     if (message.kind === ActionKind.mark || message.kind === ActionKind.note) {

@@ -17,6 +17,7 @@ export interface TileOptions {
   /** A name no target has yet. */
   freeName: () => string;
   selected: () => string | undefined;
+  mayChoose: () => boolean;
   onDrawn: () => void;
 }
 
@@ -67,7 +68,7 @@ export class CameraTile {
   update(paused: boolean): void {
     const now_ms = performance.now();
     if (now_ms - this.countedAt_ms > 1000) {
-      setText(this.rateText, rate((this.pictures * 1000) / (now_ms - this.countedAt_ms)));
+      setText(this.rateText, `${rate((this.pictures * 1000) / (now_ms - this.countedAt_ms))} shown`);
       this.pictures = 0;
       this.countedAt_ms = now_ms;
     }
@@ -170,7 +171,7 @@ export class CameraTile {
 
   private listenForDrawing(): void {
     this.canvas.addEventListener("pointerdown", (event) => {
-      if (this.bitmap === undefined || (event.pointerType !== "mouse" && !this.isArmed) || event.button !== 0) return;
+      if (this.bitmap === undefined || !this.options.mayChoose() || (event.pointerType !== "mouse" && !this.isArmed) || event.button !== 0) return;
       event.preventDefault();
       this.canvas.setPointerCapture(event.pointerId);
       this.form.hidden = true;

@@ -64,7 +64,9 @@ function lossWords(streams: StreamHealth[]): string {
 export function deviceViews(health: Health, session: Session): DeviceView[] {
   const ofDevice = (name: string): StreamHealth[] =>
     health.streams.filter((stream) => session.streams.get(stream.topic)?.device === name);
-  return health.devices.map((device: DeviceHealth) => {
+  // What only a simulation knows is no device of the operator's.
+  const shown = health.devices.filter((device) => !ofDevice(device.name).some((stream) => stream.topic.startsWith("/truth/")));
+  return shown.map((device: DeviceHealth) => {
     const streams = ofDevice(device.name);
     const main = mainStream(streams, session);
     const losses = lossWords(streams);

@@ -117,6 +117,8 @@ export class SpectrumChart {
     ctx.fillRect(from, bbox.top, to - from, bbox.height);
     ctx.fillStyle = themeColor("muted");
     ctx.font = `${12 * scale}px system-ui, sans-serif`;
+    ctx.textAlign = "left";
+    ctx.textBaseline = "alphabetic";
     if (to - from > 80 * scale) ctx.fillText("trusted", from + 6 * scale, bbox.top + bbox.height - 7 * scale);
     ctx.restore();
   }

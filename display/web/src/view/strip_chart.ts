@@ -128,6 +128,8 @@ export class StripChart {
     ctx.strokeStyle = ctx.fillStyle = themeColor("text");
     ctx.lineWidth = scale;
     ctx.font = `600 ${11 * scale}px system-ui, sans-serif`;
+    ctx.textAlign = "left";
+    ctx.textBaseline = "alphabetic";
     for (const mark of this.marks) {
       if (mark.time_s < timeline.from_s || mark.time_s > timeline.to_s) continue;
       const x = Math.round(plot.valToPos(mark.time_s, "x", true));

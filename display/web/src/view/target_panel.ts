@@ -23,6 +23,7 @@ export class TargetPanel {
   private selectedKey: string | undefined;
   private readonly list = byId("target-list");
   private readonly empty = byId("target-empty");
+  private readonly hint = byId("target-hint");
   private readonly canvas = byId("close-up") as HTMLCanvasElement;
   private readonly caption = byId("close-up-caption");
   private readonly rows = new Map<string, Row>();
@@ -49,8 +50,8 @@ export class TargetPanel {
   /** Where the estimate shown comes from: all targets together where there are several, unless one was chosen. */
   get estimating(): Target | undefined {
     const { fused } = this.session;
-    const several = this.targets().length > 1 && this.session.age_s(fused.estimateSeen, fused.estimates) < kSilent_s;
-    return several && this.selectedKey === undefined ? fused : this.selected;
+    const stands = fused.estimate?.accepted === true && this.session.age_s(fused.estimateSeen, fused.estimates) < kSilent_s;
+    return stands && this.targets().length > 1 && this.selectedKey === undefined ? fused : this.selected;
   }
 
   /** A second time: no longer, all count again. */
@@ -68,6 +69,7 @@ export class TargetPanel {
   update(): void {
     const targets = this.targets();
     setHidden(this.empty, targets.length > 0);
+    setHidden(this.hint, this.session.isReplay);
     const selected = this.selected;
     targets.forEach((target, index) => this.updateRow(this.rowOf(target, index), target, target === selected));
     for (const [key, row] of this.rows) {
@@ -149,7 +151,7 @@ export class TargetPanel {
         }, kConfirm_ms);
         return;
       }
-      void act({ kind: "remove_target", text: target.name }).then((error) => {
+      void act({ kind: "remove_target", text: target.name, camera: target.device }).then((error) => {
         this.notices.report(error, `Target ${target.name} is no longer tracked`);
       });
     });

@@ -80,14 +80,17 @@ export class TopBar {
     const confirming = performance.now() < this.confirmUntil_ms;
     setText(this.recordLabel, !recording ? "Record" : confirming ? "Press again to stop" : "Stop");
     setClass(this.recordButton, "sure", confirming);
-    // A replay only records when asked to at its start.
+    // What is replayed has happened: nothing can be recorded or marked in it.
+    setHidden(this.markButton, this.session.isReplay);
     setHidden(this.recordButton, this.session.isReplay && !recording);
     setHidden(this.recState, this.session.isReplay && !recording);
   }
 
   private updateDisk(): void {
     const health = this.session.health;
-    if (health === undefined) return setText(this.disk, "");
+    // Without a recording the daemon need not have looked at any disk.
+    setHidden(this.disk, health === undefined || Number(health.diskFreeBytes) === 0);
+    if (health === undefined) return;
     this.learnRate(Number(health.recordedBytes), health.recordingS);
     const free = Number(health.diskFreeBytes);
     const left_s = this.isRecording && this.rate_bytes_per_s > 0 ? free / this.rate_bytes_per_s : NaN;

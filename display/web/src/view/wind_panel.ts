@@ -11,7 +11,9 @@ const kEnough_s = 30; // of compared data before a share is worth telling
 
 /** Why there is no estimate and what to do about it; nothing when there is one. */
 export function reasonForNone(target: Target | undefined, session: Session): string | undefined {
-  if (target === undefined) return "No target yet: draw a rectangle around a branch in a picture.";
+  if (target === undefined) {
+    return session.isReplay ? "Nothing is tracked in this recording." : "No target yet: draw a rectangle around a branch in a picture.";
+  }
   if (session.age_s(target.seen, target.series) > kEstimateStale_s) return `${target.name} sends no motion: check its camera.`;
   if (!target.valid) return `${target.name} is lost from sight: draw its rectangle again.`;
   const known = target.identification;
