@@ -142,9 +142,9 @@ bool CameraTracker::analyse(const SampleHeader& header, const Frame& frame) {
   enters(Work::pyramid);
   flow_.advance(*gray);
   if (flow_.has_previous()) follow();
-  if (frames_ % kRetryEvery == 0) retry_failed_starts();
   enters(Work::renewal);
   start_pending();
+  if (frames_ % kRetryEvery == 0) retry_failed_starts();
   choose_automatically();
   ++frames_;
   return true;
@@ -188,14 +188,17 @@ std::vector<ImageRect> CameraTracker::target_regions() const {
   return regions;
 }
 
+/// What the targets have no use for is the background's.
 int CameraTracker::background_share() const {
-  if (targets_.empty() && pending_.empty()) return options_.feature_count;
-  return static_cast<int>(std::lround(options_.feature_count * options_.background_share));
+  int left = options_.feature_count;
+  for (const RegionTracker& target : targets_) left -= target.wanted();
+  const double least = targets_.empty() ? 0 : options_.feature_count * options_.background_share;
+  return std::max(left, static_cast<int>(std::lround(least)));
 }
 
 int CameraTracker::target_share() const {
-  const auto targets = static_cast<int>(std::max<std::size_t>(1, targets_.size() + pending_.size()));
-  return std::max(1, (options_.feature_count - background_share()) / targets);
+  const auto targets = static_cast<double>(std::max<std::size_t>(1, targets_.size() + pending_.size()));
+  return std::max(1, static_cast<int>(options_.feature_count * (1 - options_.background_share) / targets));
 }
 
 void CameraTracker::start_background() {
@@ -206,7 +209,6 @@ void CameraTracker::start_background() {
 }
 
 void CameraTracker::retry_failed_starts() {
-  enters(Work::renewal);
   if (!background_ || !background_->started()) start_background();
   for (RegionTracker& target : targets_) {
     if (target.started()) continue;
@@ -217,7 +219,6 @@ void CameraTracker::retry_failed_starts() {
 void CameraTracker::start_pending() {
   if (pending_.empty()) return;
   const int share = target_share();
-  const int of_background = background_share();
   for (RegionTracker& target : targets_) target.limit(share);
   for (const TargetRegion& wanted : pending_) {
     if (background_) background_->drop_inside(wanted.region);
@@ -229,7 +230,7 @@ void CameraTracker::start_pending() {
                  wanted.name);
     }
   }
-  if (background_) background_->limit(of_background);
+  if (background_) background_->limit(background_share());
   pending_.clear();
 }
 

@@ -1,5 +1,6 @@
 #include "tracking/feature.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -73,7 +74,7 @@ void Feature::save(CheckpointWriter& out) const {
   out.put(unwarp);
   out.put(reference_variance);
   for (const Eigen::Vector2d* place : {&reference, &position, &previous}) out.put(*place);
-  for (const bool flag : {active, followed, matched, agrees}) out.put(flag);
+  for (const bool flag : {active, followed, matched, agrees, moves_along}) out.put(flag);
   for (const std::uint16_t counter : {missed, disagreed, agreed, still}) out.put(counter);
 }
 
@@ -102,8 +103,27 @@ Feature Feature::load(CheckpointReader& in) {
     in.get(*place);
     if (!(place->cwiseAbs().maxCoeff() < kFurthest)) in.fail();  // NaN fails too
   }
-  for (bool* flag : {&feature.active, &feature.followed, &feature.matched, &feature.agrees}) in.get(*flag);
+  for (bool* flag : {&feature.active, &feature.followed, &feature.matched, &feature.agrees, &feature.moves_along}) in.get(*flag);
   for (std::uint16_t* counter : {&feature.missed, &feature.disagreed, &feature.agreed, &feature.still}) in.get(*counter);
+  return feature;
+}
+
+std::optional<Feature> successor_of(const Feature& worn, const Flow& flow, const Eigen::Matrix2d& warp, double variance) {
+  if (!(worn.position.cwiseAbs().maxCoeff() < kFurthest)) return std::nullopt;
+  const Eigen::Vector2i at = worn.position.array().round().matrix().cast<int>();
+  const std::optional<Patch> patch = Patch::cut(flow.current(), at.x(), at.y());
+  if (!patch) return std::nullopt;
+  Feature feature;
+  feature.generation = static_cast<std::uint16_t>(std::min(worn.generation + 1, 1000));
+  feature.cut_at = at;
+  feature.patch = *patch;
+  feature.unwarp = warp.inverse();
+  feature.reference = worn.reference + feature.unwarp * (at.cast<double>() - worn.position);
+  feature.reference_variance = worn.reference_variance + variance;
+  feature.position = at.cast<double>();
+  feature.previous = worn.previous + (feature.position - worn.position);
+  feature.followed = true;
+  feature.agreed = worn.agreed;
   return feature;
 }
 

@@ -37,7 +37,8 @@ struct Feature {
   bool active = true;           // followed from frame to frame; otherwise only looked for where it should be
   bool followed = false;        // by flow, from the previous picture
   bool matched = true;          // its patch was recognised in this picture
-  bool agrees = true;           // and it moves with its region
+  bool agrees = true;            // and is where its region's motion puts it
+  bool moves_along = true;       // flow took it the way its region went, matched or not
   std::uint16_t missed = 0;     // frames in a row without a match
   std::uint16_t disagreed = 0;  // frames in a row of moving otherwise
   std::uint16_t agreed = 0;     // frames in all of moving with the region
@@ -61,6 +62,10 @@ struct FeatureSearch {
   double spread_px2 = 0;
   int spread_count = 0;
 };
+
+/// A point of the next generation in the place of one whose look has changed but which still moves along: cut from the
+/// current picture, its reference taken over from `worn`. Nothing where the picture gives no patch there.
+std::optional<Feature> successor_of(const Feature& worn, const Flow& flow, const Eigen::Matrix2d& warp, double variance);
 
 /// The strongest corners (Shi and Tomasi) of the current picture, spread over the area; strongest first. Generation, id and
 /// reference position are left to the caller.

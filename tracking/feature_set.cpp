@@ -120,7 +120,6 @@ void FeatureSet::match_all_afresh(const Flow& flow, const Placement& placement) 
   const Eigen::Matrix2d warp = placement.warp();
   for (Feature& feature : features_) {
     feature.matched = feature.followed = feature.active = false;
-    if (feature.generation != 0) continue;
     Eigen::Vector2d at = placement.expected(feature.reference);
     feature.position = feature.previous = at;
     if (feature.coarse) {
@@ -133,6 +132,25 @@ void FeatureSet::match_all_afresh(const Flow& flow, const Placement& placement) 
     feature.matched = match.found && match.correlation >= options_.least_correlation;
     if (feature.matched) feature.position = feature.previous = match.position;
   }
+}
+
+void FeatureSet::hand_over(const Flow& flow, const Placement& placement, double variance) {
+  const Eigen::Matrix2d warp = placement.warp();
+  std::vector<Feature> successors;
+  for (Feature& feature : features_) {
+    if (!feature.active || feature.matched || feature.missed == 0) continue;
+    if (!feature.followed || !feature.moves_along) continue;
+    std::optional<Feature> successor = successor_of(feature, flow, warp, variance);
+    if (!successor) continue;
+    successor->id = next_id_++;
+    if (feature.generation == 0) {
+      feature.active = false;
+      successors.push_back(std::move(*successor));
+    } else {
+      feature = std::move(*successor);
+    }
+  }
+  std::ranges::move(successors, std::back_inserter(features_));
 }
 
 void FeatureSet::keep_or_drop(const Placement& placement, bool region_seen) {
@@ -154,6 +172,8 @@ void FeatureSet::keep_or_drop(const Placement& placement, bool region_seen) {
     if (!region_seen || (feature.position - place).norm() > kStrayed) feature.position = place;
     if (feature.missed >= kMissedUntilLost) feature.active = false;
   }
+  // While the region is lost, all it was last known by is kept: that is what it will be found again by.
+  if (!region_seen) return;
   std::erase_if(features_, [this](const Feature& feature) {
     if (feature.generation > 0 && !feature.active) return true;
     // What moves otherwise in the background is foliage: its motion is worth showing.

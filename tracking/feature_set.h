@@ -2,7 +2,7 @@
 //
 // Points of the region's first picture (generation 0) are kept even when they are not seen: while inactive they are looked
 // for where they should be, because only they tie the region to its reference without error. Points that replace them are
-// dropped as soon as they fail.
+// dropped as soon as they fail while the region itself is seen.
 #pragma once
 
 #include <Eigen/Core>
@@ -42,9 +42,12 @@ class FeatureSet {
   void match_active(const Flow& flow, const Placement& placement, const RegionMotion* step);
   /// Looks for the inactive points' patches at their places: a quarter of them in a frame.
   void match_inactive(const Flow& flow, const Placement& placement, std::uint32_t frame);
-  /// Looks for all points of generation 0 around their places, coarse patches first: the region was lost. The set is left
-  /// with nothing else active.
+  /// Looks for all points around their places, by coarse patches first where they have them: the region was lost.
   void match_all_afresh(const Flow& flow, const Placement& placement);
+
+  /// Points that were not matched for the second time but move along get a successor with today's look. `variance` is what
+  /// that costs. Points of generation 0 themselves become inactive: their look may come back.
+  void hand_over(const Flow& flow, const Placement& placement, double variance);
 
   /// Ends a frame: counts, gives up, puts unmatched points where they should be. `region_seen`: the placement is that of
   /// this frame, not a held one.

@@ -13,9 +13,9 @@ namespace {
 constexpr int kRefinements = 3;
 constexpr double kNoiseCounts = 3;      // points
 constexpr double kTruncation = 0.9535;  // variance of a normal distribution inside its 99 % ellipse
-// How far turning and stretching may be expected to go: keeps the gradient near zero in directions that the points do not
-// span, and is forgotten where they do.
-constexpr double kGradientSd = 0.1;
+// How far turning and stretching may be off what was expected: keeps the gradient there in directions that the points do
+// not span (half of the region hidden), and is forgotten where they do.
+constexpr double kGradientSd = 0.02;
 
 /// Neighbouring points look at the same pixels, so they do not err independently: no more points are counted as
 /// independent than patches fit side by side over the area they cover.
@@ -33,14 +33,14 @@ double independent_points(std::span<const RegionPoint> points, std::span<const c
 
 }  // namespace
 
-void RegionFitter::least_squares(std::span<const RegionPoint> points) {
+void RegionFitter::least_squares(std::span<const RegionPoint> points, const Eigen::Matrix2d& expected) {
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Matrix<double, 3, 2> right = Eigen::Matrix<double, 3, 2>::Zero();
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (fit_.agrees[i] == 0) continue;
     const Eigen::Vector3d row(1, points[i].offset.x(), points[i].offset.y());
     normal += row * row.transpose();
-    right += row * points[i].displacement.transpose();
+    right += row * (points[i].displacement - expected * points[i].offset).transpose();
   }
   const double ridge = fit_.variance / (kGradientSd * kGradientSd);
   normal(1, 1) += ridge;
@@ -48,7 +48,7 @@ void RegionFitter::least_squares(std::span<const RegionPoint> points) {
   inverse_normal_ = normal.inverse();
   const Eigen::Matrix<double, 3, 2> solution = inverse_normal_ * right;
   fit_.motion.displacement = solution.row(0).transpose();
-  fit_.motion.gradient = solution.bottomRows<2>().transpose();
+  fit_.motion.gradient = expected + solution.bottomRows<2>().transpose();
 }
 
 /// Marks who agrees with the fitted motion, by a scale from the median distance of those that did.
@@ -83,14 +83,14 @@ const RegionFit& RegionFitter::fit(std::span<const RegionPoint> points, const Ei
 
   fit_.variance = 0.5 * mode_.covariance.trace();
   for (int i = 0; i < kRefinements; ++i) {
-    least_squares(points);
+    least_squares(points, expected);
     agree_within(points, noise_px);
     if (fit_.agreeing < 3) {
       fit_.found = false;
       return fit_;
     }
   }
-  least_squares(points);
+  least_squares(points, expected);
 
   Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
   for (std::size_t i = 0; i < points.size(); ++i) {

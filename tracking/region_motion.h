@@ -33,12 +33,13 @@ struct RegionFit {
 /// Working memory is kept from call to call. One user at a time.
 class RegionFitter {
  public:
-  /// `expected` is only a guess of the gradient, which makes the points' motions comparable while the mode is looked for;
-  /// the result is fitted anew. `noise_px` is the least scatter of one point. Fewer than three agreeing points: not found.
+  /// `expected` is a guess of the gradient (the frame before's): it makes the points' motions comparable while the mode is
+  /// looked for, and stands in where the points do not tell. `noise_px` is the least scatter of one point. Fewer than three
+  /// agreeing points: not found.
   const RegionFit& fit(std::span<const RegionPoint> points, const Eigen::Matrix2d& expected, double noise_px);
 
  private:
-  void least_squares(std::span<const RegionPoint> points);
+  void least_squares(std::span<const RegionPoint> points, const Eigen::Matrix2d& expected);
   void agree_within(std::span<const RegionPoint> points, double noise_px);
 
   RegionFit fit_;

@@ -22,6 +22,7 @@ constexpr double kReferenceFloor = 0.003;
 constexpr double kHandOver = 0.05;
 constexpr double kSurprise = 3;    // standard deviations: the filter's own idea is given up beyond
 constexpr double kLostGrowth = 1;  // px of standard deviation added in quadrature by every frame not seen
+constexpr double kCameraUnknown = 1;  // px: how far a camera on a stand is taken to move while nothing tells
 
 constexpr double kStill = 0.3;   // px from the reference: standing still
 constexpr double kMoving = 1.0;  // px from the reference: moving
@@ -46,7 +47,7 @@ bool RegionTracker::start(const Flow& flow, const ImageRect& region, int count, 
   features_.start(flow, region, count, keep_out, placement_);
   reference_count_ = static_cast<std::uint32_t>(features_.wanted());
   started_ = valid_ = reference_count_ >= kLeastPoints;
-  agreeing_ = static_cast<int>(reference_count_);
+  matched_ = agreeing_ = static_cast<int>(reference_count_);
   last_step_ = {};
   covariance_.setZero();
   reference_variance_ = 0;
@@ -55,9 +56,18 @@ bool RegionTracker::start(const Flow& flow, const ImageRect& region, int count, 
   return valid_;
 }
 
-int RegionTracker::least_agreeing() const {
+int RegionTracker::least_matched() const {
   const int present = std::min(static_cast<int>(reference_count_), features_.wanted());
   return std::max(kLeastPoints, static_cast<int>(std::ceil(kLeastShare * present)));
+}
+
+/// Leaves of a crown do not all move alike: that fewer agree than are seen does not make the crown lost.
+int RegionTracker::least_agreeing(int matched) const {
+  return std::max(kLeastPoints, static_cast<int>(std::ceil(kLeastShare * matched)));
+}
+
+bool RegionTracker::is_seen() const {
+  return reference_.found && matched_ >= least_matched() && agreeing_ >= least_agreeing(matched_);
 }
 
 Eigen::Matrix2d RegionTracker::covariance() const { return covariance_ + Eigen::Matrix2d::Identity() * reference_variance_; }
@@ -79,41 +89,46 @@ void RegionTracker::update(std::span<const FlowPoint> points, const Flow& flow, 
   placement_.camera = camera;
   enters(Work::robust);
   features_.carry_over(points);
-  const Step rough = fit_step(Among::followed);
+  fit_step(Among::followed);
   enters(Work::patches);
-  features_.match_active(flow, placement_, rough.found ? &rough.motion : nullptr);
+  features_.match_active(flow, placement_, step_.found ? &step_.motion : nullptr);
   features_.match_inactive(flow, placement_, frame_);
   enters(Work::robust);
-  const Step step = fit_step(Among::matched);
+  fit_step(Among::matched);
   fit_reference();
   judge();
 
-  const bool seen = reference_.found && agreeing_ >= least_agreeing();
-  if (seen) {
-    blend(step);
+  if (is_seen()) {
+    blend();
+    features_.hand_over(flow, placement_, kHandOver * kHandOver);
   } else {
     valid_ = false;
     ++frames_lost_;
-    covariance_ += squared(kLostGrowth);
+    const double most = kind_ == RegionKind::background ? kCameraUnknown : options_.search_radius_px;
+    if (covariance_.trace() < 2 * most * most) covariance_ += squared(kLostGrowth);
     if (frames_lost_ >= kSearchAfter && frames_lost_ % kSearchEvery == 0) look_for(flow);
   }
-  last_step_ = valid_ && step.found ? step.motion : RegionMotion{};
+  last_step_ = valid_ && step_.found ? step_.motion : RegionMotion{};
   camera_before_ = camera.at(placement_.centre);
   count_still();
   features_.keep_or_drop(placement_, valid_);
   reference_count_ -= std::min(reference_count_, static_cast<std::uint32_t>(features_.drop_still()));
 }
 
+RegionPoint RegionTracker::from_previous(const Feature& feature) const {
+  return {feature.reference - placement_.centre, feature.position - feature.previous};
+}
+
 /// How the region moved since the previous picture, from points that agreed with it there.
-RegionTracker::Step RegionTracker::fit_step(Among among) {
+void RegionTracker::fit_step(Among among) {
   fit_points_.clear();
   for (const Feature& feature : features_.all()) {
     if (!feature.active || !feature.followed || !feature.agrees) continue;
     if (among == Among::matched && !feature.matched) continue;
-    fit_points_.push_back({feature.reference - placement_.centre, feature.position - feature.previous});
+    fit_points_.push_back(from_previous(feature));
   }
-  const RegionFit& fit = fitter_.fit(fit_points_, last_step_.gradient, kFlowNoise);
-  return {fit.found && fit.agreeing >= kLeastPoints, fit.motion, fit.covariance};
+  step_ = fitter_.fit(fit_points_, last_step_.gradient, kFlowNoise);
+  step_.found = step_.found && step_.agreeing >= kLeastPoints;
 }
 
 RegionPoint RegionTracker::from_reference(const Feature& feature) const {
@@ -126,7 +141,7 @@ RegionPoint RegionTracker::from_reference(const Feature& feature) const {
 void RegionTracker::fit_reference() {
   const auto seen_of_reference =
       std::ranges::count_if(features_.all(), [](const Feature& f) { return f.matched && f.generation == 0; });
-  const bool reference_only = seen_of_reference >= least_agreeing();
+  const bool reference_only = seen_of_reference >= least_matched();
   fit_points_.clear();
   reference_variance_ = 0;
   for (const Feature& feature : features_.all()) {
@@ -139,19 +154,21 @@ void RegionTracker::fit_reference() {
 }
 
 void RegionTracker::judge() {
-  agreeing_ = 0;
+  matched_ = agreeing_ = 0;
   for (Feature& feature : features_.all()) {
     feature.agrees = feature.matched && reference_.found && reference_.holds_for(from_reference(feature));
+    feature.moves_along = feature.followed && step_.found && step_.holds_for(from_previous(feature));
+    if (feature.matched) ++matched_;
     if (feature.agrees) ++agreeing_;
   }
 }
 
-void RegionTracker::blend(const Step& step) {
+void RegionTracker::blend() {
   const Eigen::Matrix2d reference_covariance = reference_.covariance + squared(kReferenceFloor);
-  if (valid_ && step.found) {
+  if (valid_ && step_.found) {
     const Eigen::Vector2d camera_step = placement_.camera.at(placement_.centre) - camera_before_;
-    const Eigen::Vector2d predicted = displacement() + step.motion.displacement - camera_step;
-    Eigen::Matrix2d predicted_covariance = covariance_ + step.covariance + squared(kStepFloor);
+    const Eigen::Vector2d predicted = displacement() + step_.motion.displacement - camera_step;
+    Eigen::Matrix2d predicted_covariance = covariance_ + step_.covariance + squared(kStepFloor);
     const Eigen::Vector2d innovation = reference_.motion.displacement - predicted;
     if (mahalanobis2(innovation, (predicted_covariance + reference_covariance).inverse()) > kSurprise * kSurprise) {
       predicted_covariance += innovation * innovation.transpose();
@@ -177,7 +194,7 @@ void RegionTracker::look_for(const Flow& flow) {
   const std::size_t every = all.size() / kMostProbes + 1;
   const Placement held = placement_;
   for (std::size_t i = 0; i < all.size(); i += every) {
-    if (all[i].generation != 0 || !all[i].coarse) continue;
+    if (!all[i].coarse) continue;
     const Eigen::Vector2d at = all[i].coarse_centre(held.expected(all[i].reference));
     probes_.push_back({&*all[i].coarse, at.array().round().matrix().cast<int>()});
   }
@@ -195,8 +212,9 @@ bool RegionTracker::try_at(const Eigen::Vector2d& displacement, const Flow& flow
   features_.match_all_afresh(flow, placement_);
   fit_reference();
   judge();
-  if (!reference_.found || agreeing_ < least_agreeing()) return false;
-  blend(Step{});
+  if (!is_seen()) return false;
+  valid_ = false;
+  blend();
   return true;
 }
 
@@ -210,9 +228,9 @@ void RegionTracker::count_still() {
     for (const Feature& feature : features_.all()) {
       if (feature.matched && !feature.agrees) fit_points_.push_back(from_reference(feature));
     }
-    if (static_cast<int>(fit_points_.size()) < least_agreeing()) return;
+    if (static_cast<int>(fit_points_.size()) < least_agreeing(matched_)) return;
     const RegionFit& minority = fitter_.fit(fit_points_, moving.gradient, kMatchNoise);
-    if (!minority.found || minority.agreeing < least_agreeing()) return;
+    if (!minority.found || minority.agreeing < least_agreeing(matched_)) return;
     moving = minority.motion;
   }
   if (moving.displacement.norm() < kMoving) return;
@@ -247,6 +265,7 @@ void RegionTracker::save(CheckpointWriter& out) const {
   out.put(camera_before_);
   out.put(started_);
   out.put(valid_);
+  out.put(matched_);
   out.put(agreeing_);
   out.put(frame_);
   out.put(frames_lost_);
@@ -268,6 +287,7 @@ void RegionTracker::load(CheckpointReader& in) {
   in.get(camera_before_);
   in.get(started_);
   in.get(valid_);
+  in.get(matched_);
   in.get(agreeing_);
   in.get(frame_);
   in.get(frames_lost_);

@@ -44,6 +44,8 @@ class RegionTracker {
   /// After update(): replaces points that were lost for good, now and then, when that is due.
   void replenish(const Flow& flow, std::span<const ImageRect> keep_out);
   void limit(int count) { features_.limit(count); }
+  /// How many points it has, or would have if none had been lost.
+  int wanted() const { return features_.wanted(); }
   void drop_inside(const ImageRect& area) { features_.drop_inside(area); }
 
   const std::string& name() const { return name_; }
@@ -67,19 +69,17 @@ class RegionTracker {
   void load(CheckpointReader& in);
 
  private:
-  struct Step {
-    bool found = false;
-    RegionMotion motion;  // in the picture, the camera's included
-    Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
-  };
   enum class Among { followed, matched };
 
   RegionPoint from_reference(const Feature& feature) const;
-  int least_agreeing() const;
-  Step fit_step(Among among);
+  RegionPoint from_previous(const Feature& feature) const;
+  bool is_seen() const;
+  int least_matched() const;
+  int least_agreeing(int matched) const;
+  void fit_step(Among among);
   void fit_reference();
   void judge();
-  void blend(const Step& step);
+  void blend();
   void look_for(const Flow& flow);
   bool try_at(const Eigen::Vector2d& displacement, const Flow& flow);
   void count_still();
@@ -102,13 +102,15 @@ class RegionTracker {
   Eigen::Vector2d camera_before_ = Eigen::Vector2d::Zero();  // the camera's part at the centre, in the previous picture
   bool started_ = false;
   bool valid_ = false;
+  std::int32_t matched_ = 0;
   std::int32_t agreeing_ = 0;
   std::uint32_t frame_ = 0;
   std::uint32_t frames_lost_ = 0;
 
   // Working memory, not state.
   RegionFitter fitter_;
-  RegionFit reference_;  // this frame's fit of displacement from the reference
+  RegionFit step_;       // this frame's fit of motion since the previous picture, the camera's included
+  RegionFit reference_;  // and of displacement from the reference
   std::vector<RegionPoint> fit_points_;
   std::vector<CoarseProbe> probes_;
 };
