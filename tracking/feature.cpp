@@ -103,7 +103,8 @@ Feature Feature::load(CheckpointReader& in) {
     in.get(*place);
     if (!(place->cwiseAbs().maxCoeff() < kFurthest)) in.fail();  // NaN fails too
   }
-  for (bool* flag : {&feature.active, &feature.followed, &feature.matched, &feature.agrees, &feature.moves_along}) in.get(*flag);
+  for (bool* flag : {&feature.active, &feature.followed, &feature.matched, &feature.agrees, &feature.moves_along})
+    in.get(*flag);
   for (std::uint16_t* counter : {&feature.missed, &feature.disagreed, &feature.agreed, &feature.still}) in.get(*counter);
   return feature;
 }

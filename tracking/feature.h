@@ -37,8 +37,8 @@ struct Feature {
   bool active = true;           // followed from frame to frame; otherwise only looked for where it should be
   bool followed = false;        // by flow, from the previous picture
   bool matched = true;          // its patch was recognised in this picture
-  bool agrees = true;            // and is where its region's motion puts it
-  bool moves_along = true;       // flow took it the way its region went, matched or not
+  bool agrees = true;           // and is where its region's motion puts it
+  bool moves_along = true;      // flow took it the way its region went, matched or not
   std::uint16_t missed = 0;     // frames in a row without a match
   std::uint16_t disagreed = 0;  // frames in a row of moving otherwise
   std::uint16_t agreed = 0;     // frames in all of moving with the region

@@ -20,8 +20,8 @@ constexpr double kStepFloor = 0.003;
 constexpr double kReferenceFloor = 0.003;
 // What it costs, px, to hand the reference on to new points: those that go are changing their look, and err together.
 constexpr double kHandOver = 0.05;
-constexpr double kSurprise = 3;    // standard deviations: the filter's own idea is given up beyond
-constexpr double kLostGrowth = 1;  // px of standard deviation added in quadrature by every frame not seen
+constexpr double kSurprise = 3;       // standard deviations: the filter's own idea is given up beyond
+constexpr double kLostGrowth = 1;     // px of standard deviation added in quadrature by every frame not seen
 constexpr double kCameraUnknown = 1;  // px: how far a camera on a stand is taken to move while nothing tells
 
 constexpr double kStill = 0.3;   // px from the reference: standing still

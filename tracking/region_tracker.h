@@ -1,10 +1,9 @@
 // RegionTracker: follows one region of the picture (a target, or the background) by many points.
 //
-// Per frame: flow carries every point over from the previous picture; each point is then found again by its own reference
-// patch, which cannot drift; the robust motion of the points gives the region's step and its displacement from the
-// reference. Steps are precise but add up their errors, reference displacements do not: a Kalman filter blends the two by
-// their measured covariances, so drift stays bounded while the reference is seen, and grows as slowly as the steps allow
-// while it is not.
+// Per frame: flow carries every point over from the previous picture; from there each point is found again by its own
+// reference patch, which cannot drift. Two robust fits follow: how the points seen in both pictures moved since the previous
+// one (the step), and where all points seen are against the reference. The step does not jump when points come and go, but
+// adds up its errors; the other does not drift, but jumps. A Kalman filter blends the two by their measured covariances.
 //
 // Pixel coordinates have their origin at the CENTRE of the upper left pixel. A target's displacement is relative to the
 // background, where a camera motion is given.
