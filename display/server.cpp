@@ -271,7 +271,8 @@ class DisplayServer::Impl final : public WebHandler {
   DisplayState state() const {
     std::uint64_t messages_dropped = 0;
     for (const auto& [stream, count] : inbox_.dropped()) {
-      if (streams_.info(stream).kind != to_string(SampleKind::frame)) messages_dropped += count;
+      const auto kind = sample_kind_from_string(streams_.info(stream).kind);
+      if (kind && !is_conflated(*kind)) messages_dropped += count;
     }
     return {.newest = host_time_from_ns(newest_ns_),
             .viewers = hub_.counters(),

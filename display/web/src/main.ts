@@ -15,7 +15,7 @@ import { TopBar } from "./view/top_bar.ts";
 import { WindPanel } from "./view/wind_panel.ts";
 
 const kWords_ms = 100;
-const kCharts_ms = 66;
+const kCharts_ms = 90;
 
 const session = new Session();
 const feed = new Feed(session, `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/`);

@@ -238,6 +238,20 @@ TEST_F(ServerTest, SendsPreviewsAndRawPicturesToWhoAsks) {
   EXPECT_GT(large->payload.size(), 1280U * 1024U);
 }
 
+TEST_F(ServerTest, PicturesReplacedByNewerOnesAreNoLostMessages) {
+  const std::uint16_t port = start();
+  const auto watching = viewer(port, preview_channel_of(image));
+  // Far more than can be shown: most are replaced before their turn.
+  for (std::uint32_t i = 1; i <= 2000; ++i) {
+    Sample sample = frame_sample(i);
+    if (!std::get<Frame>(sample.payload).pixels) continue;
+    ASSERT_TRUE(server->receive(std::move(sample)));
+  }
+  EXPECT_GT(server->dropped().at("/camera0/image"), 0U);
+  LoopbackClient asking(port);
+  EXPECT_EQ(json::parse(asking.request("GET", "/api/state").body)["messages_dropped"], 0);
+}
+
 TEST_F(ServerTest, TakesNoPictureThatNobodyWatches) {
   start();
   ASSERT_TRUE(server->receive(frame_sample(1)));
