@@ -326,6 +326,28 @@ TEST(EstimationStage, ParametersThatAreNoLongerConfirmedLoseTheirAcceptance) {
   EXPECT_FALSE(winds.back().second.accepted);
 }
 
+TEST(EstimationStage, ASuddenFrequencyMustBeSeenTwice) {
+  SwayOptions options;
+  options.duration_s = 200;
+  const Sway before = testing::simulate_sway(4, options);
+  options.natural_frequency_hz = 1.6;
+  const Sway after = testing::simulate_sway(4, options);
+  EstimationOptions estimation;
+  estimation.window_s = 40;
+  Field field(estimation);
+  feed(field, before, 0, 3000, false);
+  feed(field, after, 3000, 6000, false);
+  std::vector<bool> accepted;  // of the identifications that found the new frequency
+  for (const auto& [time_s, identification] : field.results<Identification>(kTarget + "/identification")) {
+    if (time_s > 100 && std::abs(identification.natural_frequency_hz - 1.6) < 0.15) accepted.push_back(identification.accepted);
+  }
+  ASSERT_GT(accepted.size(), 4U);
+  EXPECT_FALSE(accepted.front());
+  EXPECT_TRUE(accepted.back());
+  const auto winds = field.results<WindEstimate>(kTarget + "/wind");
+  EXPECT_NEAR(winds.back().second.force_per_mass, after.force[5990], 0.4 * std::abs(after.force[5990]));
+}
+
 TEST(EstimationStage, NotANumberIsAMissingSample) {
   SwayOptions options;
   options.duration_s = 40;
