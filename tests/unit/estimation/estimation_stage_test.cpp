@@ -122,7 +122,7 @@ TEST(EstimationStage, FindsTheTargetEarlySettlesAndFollowsTheWind) {
   const Identification& last = identified.back().second;
   EXPECT_NEAR(last.natural_frequency_hz, 1, 3 * last.natural_frequency_sd_hz);
   EXPECT_NEAR(last.damping_ratio, 0.05, 3 * last.damping_ratio_sd);
-  EXPECT_LT(last.damping_ratio_sd, 0.2 * 0.05);  // rests on far more than one window
+  EXPECT_LT(last.damping_ratio_sd, 0.15 * 0.05);  // rests on far more than one window, which would give 0.21
   EXPECT_NEAR(last.axis.x, 0.8, 0.01);
   EXPECT_NEAR(last.window_s, 60, 0.5);
 

@@ -271,6 +271,20 @@ TEST(Identify, GateNeverAcceptsAWrongFrequency) {
   EXPECT_LT(accepted, runs);
 }
 
+TEST(Identify, GateIsThePeakOverTheFloor) {
+  const auto sway = testing::simulate_sway(3, SwayOptions{});
+  const auto fit = identify(sway.displacement_px, sway.sample_period_s);
+  ASSERT_TRUE(fit);
+  // By definition: the oscillator's part at its natural frequency over the floor.
+  const double at_peak = fit->model_density(fit->natural_frequency_hz) - fit->noise_density();
+  EXPECT_NEAR(fit->peak_to_floor / (at_peak / fit->noise_density()), 1, 1e-9);
+  IdentifyOptions options;
+  options.gate = 0.99 * fit->peak_to_floor;
+  EXPECT_TRUE(identify(sway.displacement_px, sway.sample_period_s, options)->accepted);
+  options.gate = 1.01 * fit->peak_to_floor;
+  EXPECT_FALSE(identify(sway.displacement_px, sway.sample_period_s, options)->accepted);
+}
+
 TEST(Identify, GateRejectsWhatDoesNotSway) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     GaussianSource random(seed);
