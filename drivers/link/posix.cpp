@@ -124,6 +124,8 @@ Result<void> write_all(int fd, std::span<const std::byte> bytes, std::chrono::mi
     const auto events = wait_for(fd, POLLOUT, timeout, description);
     if (!events) return events.error();
     if (*events == 0) return Error{ErrorCode::timeout, description + " takes no bytes: is the other side reading?"};
+    // Hung up: there will never be room.
+    if ((*events & POLLOUT) == 0) return gone(description);
   }
   return {};
 }
