@@ -1,5 +1,6 @@
 #include "estimation/latent_force_kalman.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -67,6 +68,10 @@ Matrix3d solve_riccati(const Matrix3d& transition, const Matrix3d& process_noise
   return h;
 }
 
+// What is left of an error that counts as gone, and a bound for models whose filter hardly listens to its samples.
+constexpr double kSettled = 0.05;
+constexpr double kSlowestPole = 0.999;
+
 LatentForceGains solve_gains(const LatentForceModel& model, std::size_t lag_samples) {
   ROSEAU_CHECK(model.natural_frequency_hz > 0 && model.damping_ratio > 0 && model.sample_period_s > 0);
   ROSEAU_CHECK(model.static_sd > 0 && model.correlation_time_s > 0);
@@ -91,6 +96,9 @@ LatentForceGains solve_gains(const LatentForceModel& model, std::size_t lag_samp
     direction = (phi.transpose() * direction).eval();
   }
   gains.smoothed_variance = std::max(gains.smoothed_variance, 0.0);
+  const double slowest_pole = phi.eigenvalues().cwiseAbs().maxCoeff();
+  gains.settling_samples =
+      static_cast<std::size_t>(std::ceil(std::log(kSettled) / std::log(std::min(slowest_pole, kSlowestPole))));
   return gains;
 }
 

@@ -40,6 +40,7 @@ struct LatentForceGains {
   double innovation_variance = 0;             // S
   std::vector<double> smoother_coefficients;  // c_j: u^(k|k+L) = u^(k|k-1) + sum_j c_j e(k+j), j = 0..L
   double smoothed_variance = 0;               // of u at that lag: P_uu - S sum c_j^2
+  std::size_t settling_samples = 0;           // until an error of the state has fallen to 5 %: poles of F (I - K H)
 };
 
 LatentForceGains solve_gains(const LatentForceModel& model, std::size_t lag_samples);

@@ -243,10 +243,21 @@ void TargetEstimator::start_filter(std::size_t present) {
   for (std::size_t i = first; i < present; ++i) filter_frame(i, nullptr);
 }
 
+// A single missing frame does no harm: the prediction bridges it.
+bool TargetEstimator::ends_hole(std::size_t index) const {
+  const auto& frames = series_.frames();
+  return index >= 2 && !frames[index - 1].measured && !frames[index - 2].measured;
+}
+
 void TargetEstimator::filter_frame(std::size_t index, TargetOutput* output) {
   const auto& frame = series_.frames()[index];
   const double along = parameters_->axis.x * frame.at.x + parameters_->axis.y * frame.at.y;
   const auto estimate = filter_->step(frame.measured ? std::optional(along) : std::nullopt);
+  // Steady-state gains take the first samples behind a hole for news of the force, where they are news of the state: until
+  // that error is gone, no estimate is better than a wrong one.
+  if (frame.measured && ends_hole(index)) {
+    warm_frames_ = std::max(warm_frames_, filter_->gains().settling_samples + filter_->lag_samples());
+  }
   if (warm_frames_ > 0) {
     --warm_frames_;
     return;

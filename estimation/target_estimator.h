@@ -102,6 +102,7 @@ class TargetEstimator {
   LatentForceModel model() const;
   std::size_t lag_samples() const;
   void start_filter(std::size_t present);
+  bool ends_hole(std::size_t index) const;
   void filter_frame(std::size_t index, TargetOutput* output);
   WindEstimate wind_estimate(const LatentForceKalman::Estimate& estimate, std::int64_t now_ns) const;
   void calibrate_now(std::int64_t now_ns, const GridSeries& reference, const std::string& topic, TargetOutput& output);

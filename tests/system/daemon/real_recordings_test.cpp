@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <ostream>
+
 #include "tests/support/data.h"
 #include "tests/system/daemon/program.h"
 
@@ -62,6 +64,8 @@ struct Decay {
   double low_hz;  // of the spectral peaks stated with the data
   double high_hz;
 };
+// Names the test's parameter, where GoogleTest would print bytes.
+void PrintTo(const Decay& decay, std::ostream* out) { *out << decay.file; }
 
 class PullAndReleaseTest : public RealRecordingsTest, public ::testing::WithParamInterface<Decay> {};
 

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <ostream>
+
 #include "tests/support/temporary_folder.h"
 
 namespace roseau::daemon {
@@ -60,6 +62,7 @@ struct BadConfig {
   const char* text;
   const char* message;
 };
+void PrintTo(const BadConfig& bad, std::ostream* out) { *out << bad.message; }
 
 class BadConfigTest : public ::testing::TestWithParam<BadConfig> {};
 

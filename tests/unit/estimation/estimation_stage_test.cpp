@@ -290,6 +290,35 @@ TEST(EstimationStage, ALostTargetGivesNoEstimateAndComesBackWithItsParameters) {
   EXPECT_LT(first_after, 87);
 }
 
+TEST(EstimationStage, AShortHoleLeavesAHoleNotASpike) {
+  SwayOptions options;
+  options.duration_s = 150;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Sway sway = testing::simulate_sway(seed, options);
+    Field field;
+    const auto is_missing = [](double time_s) { return time_s > 80 && std::fmod(time_s, 10) < 0.3; };
+    for (std::size_t i = 0; i < sway.displacement_px.size(); ++i) {
+      const double time_s = static_cast<double>(i) * sway.sample_period_s;
+      field.wind("/sonic/wind", time_s, sway.wind_mps[i], kFrom_deg);
+      if (!is_missing(time_s)) field.displacement(kTarget + "/displacement", time_s, {sway.displacement_px[i], 0});
+    }
+    double squares_before = 0;
+    double squares_after = 0;
+    int count_before = 0;
+    int count_after = 0;
+    for (const auto& [time_s, wind] : field.results<WindEstimate>(kTarget + "/wind")) {
+      if (time_s < 60) continue;
+      const auto frame = static_cast<std::size_t>(std::llround(time_s / sway.sample_period_s));
+      const double error = wind.force_per_mass - sway.force[frame];
+      const bool near_a_hole = time_s > 80 && std::fmod(time_s, 10) < 2;
+      (near_a_hole ? squares_after : squares_before) += error * error;
+      ++(near_a_hole ? count_after : count_before);
+    }
+    EXPECT_GT(count_after, 100) << "it comes back";
+    EXPECT_LT(std::sqrt(squares_after / count_after), 1.5 * std::sqrt(squares_before / count_before)) << "seed " << seed;
+  }
+}
+
 TEST(EstimationStage, WhatDoesNotSwayIsNeverAccepted) {
   testing::GaussianSource random(8);
   Field field;
