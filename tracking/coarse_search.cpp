@@ -22,8 +22,8 @@ Template template_of(const Patch& patch) {
   int sum = 0;
   for (int row = 0; row < kSide; ++row) {
     for (int column = 0; column < kSide; ++column) {
-      const int value = patch.pixels()[static_cast<std::size_t>((row + 1) * Patch::kCut + column + 1)];
-      result.values[static_cast<std::size_t>(row * kSide + column)] = value;
+      const int value = patch.pixels()[pixel_index(row + 1, column + 1, Patch::kCut)];
+      result.values[pixel_index(row, column, kSide)] = value;
       sum += value;
     }
   }

@@ -79,12 +79,12 @@ void Feature::save(CheckpointWriter& out) const {
 }
 
 Feature Feature::load(CheckpointReader& in) {
-  const auto load_patch = [&in](Patch& patch) {
+  const auto load_patch = [&in](Patch& loaded) {
     Patch::Pixels pixels{};
     const auto bytes = in.take(pixels.size());
     if (!bytes.empty()) std::memcpy(pixels.data(), bytes.data(), bytes.size());
     if (const auto made = Patch::from_pixels(pixels)) {
-      patch = *made;
+      loaded = *made;
     } else {
       in.fail();
     }

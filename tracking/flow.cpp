@@ -22,7 +22,7 @@ void Flow::advance(const cv::Mat& gray) {
 }
 
 const cv::Mat& Flow::current(int level) const {
-  return pyramids_[current_][static_cast<std::size_t>(2 * std::min(level, current_levels_))];
+  return pyramids_[current_][2 * static_cast<std::size_t>(std::min(level, current_levels_))];
 }
 
 void Flow::follow(std::vector<FlowPoint>& points) {

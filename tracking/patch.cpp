@@ -59,7 +59,7 @@ std::optional<Patch> Patch::from_pixels(const Pixels& pixels) {
 
 bool Patch::prepare() {
   const auto pixel = [this](int row, int column) {
-    return static_cast<float>(pixels_[static_cast<std::size_t>((row + 1) * kCut + column + 1)]);
+    return static_cast<float>(pixels_[pixel_index(row + 1, column + 1, kCut)]);
   };
   double mean = 0;
   for (int row = 0; row < kSide; ++row) {
@@ -73,7 +73,7 @@ bool Patch::prepare() {
   double with_y = 0;
   for (int row = 0; row < kSide; ++row) {
     for (int column = 0; column < kSide; ++column) {
-      const auto at = static_cast<std::size_t>(row * kStride + column);
+      const auto at = pixel_index(row, column, kStride);
       texture_[at] = pixel(row, column) - static_cast<float>(mean);
       descent_x_[at] = 0.5F * (pixel(row, column + 1) - pixel(row, column - 1));
       descent_y_[at] = 0.5F * (pixel(row + 1, column) - pixel(row - 1, column));
@@ -90,7 +90,7 @@ bool Patch::prepare() {
   Eigen::Matrix2d hessian = Eigen::Matrix2d::Zero();
   for (int row = 0; row < kSide; ++row) {
     for (int column = 0; column < kSide; ++column) {
-      const auto at = static_cast<std::size_t>(row * kStride + column);
+      const auto at = pixel_index(row, column, kStride);
       descent_x_[at] -= static_cast<float>(mean_x + with_x / texture_energy_ * texture_[at]);
       descent_y_[at] -= static_cast<float>(mean_y + with_y / texture_energy_ * texture_[at]);
       const Eigen::Vector2d descent(descent_x_[at], descent_y_[at]);
@@ -180,7 +180,7 @@ Patch::Sums Patch::sums_warped(const cv::Mat& gray, const Eigen::Vector2d& centr
       const std::uint8_t* lower = gray.ptr<std::uint8_t>(y + 1) + x;
       const float above = static_cast<float>(upper[0]) + fraction_x * static_cast<float>(upper[1] - upper[0]);
       const float below = static_cast<float>(lower[0]) + fraction_x * static_cast<float>(lower[1] - lower[0]);
-      picture[static_cast<std::size_t>(row * kStride + column)] = above + fraction_y * (below - above) - 128.0F;
+      picture[pixel_index(row, column, kStride)] = above + fraction_y * (below - above) - 128.0F;
     }
   }
   return sums_of(picture);

@@ -16,6 +16,11 @@
 
 namespace roseau::tracking {
 
+/// Index of a pixel in rows of `stride`.
+constexpr std::size_t pixel_index(int row, int column, int stride) {
+  return static_cast<std::size_t>(row) * static_cast<std::size_t>(stride) + static_cast<std::size_t>(column);
+}
+
 struct PatchMatch {
   Eigen::Vector2d position = Eigen::Vector2d::Zero();  // px
   double correlation = 0;  // normalised cross-correlation there, -1..1; brightness and contrast do not matter

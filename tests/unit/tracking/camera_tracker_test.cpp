@@ -216,7 +216,7 @@ TEST(CameraTracker, AnOccludedTargetIsSaidToBeLostAndFoundAgain) {
   EXPECT_LT(least_health, 0.1);
   // Held at the last good value, with a covariance that says so.
   const int covered = static_cast<int>(std::ranges::find(mostly_covered, true) - mostly_covered.begin());
-  EXPECT_GT(measured[static_cast<std::size_t>(covered + 2)].covariance.xx, 1.0);
+  EXPECT_GT(measured[static_cast<std::size_t>(covered) + 2].covariance.xx, 1.0);
   const Errors after = errors_of(
       measured, [](int i) { return sway(i); }, 60);
   EXPECT_EQ(after.valid, after.frames) << "the board is gone from frame 50 on";

@@ -54,7 +54,7 @@ void Picture::draw(const Texture& texture, const Pose& pose, const std::optional
     }
     for (int y = 0; y < height_; ++y) {
       const auto along_y = std::complex<float>(std::polar(1.0, k.y() * (y + 0.5)));
-      float* row = layer.data() + static_cast<std::size_t>(y * width_);
+      float* row = layer.data() + index(0, y);
       for (std::size_t x = 0; x < along_x.size(); ++x) {
         row[x] += along_x[x].real() * along_y.real() - along_x[x].imag() * along_y.imag();
       }
@@ -62,7 +62,7 @@ void Picture::draw(const Texture& texture, const Pose& pose, const std::optional
   }
   for (int y = 0; y < height_; ++y) {
     for (int x = 0; x < width_; ++x) {
-      const auto at = static_cast<std::size_t>(y * width_ + x);
+      const std::size_t at = index(x, y);
       const double share = shape ? coverage(*shape, origin + back * Eigen::Vector2d(x + 0.5, y + 0.5)) : 1.0;
       values_[at] += static_cast<float>(share) * (layer[at] - values_[at]);
     }

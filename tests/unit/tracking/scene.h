@@ -48,9 +48,13 @@ class Picture {
   int width() const { return width_; }
   int height() const { return height_; }
   std::uint8_t pixel(int x, int y) const;
-  float value(int x, int y) const { return values_[static_cast<std::size_t>(y * width_ + x)]; }
+  float value(int x, int y) const { return values_[index(x, y)]; }
 
  private:
+  std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+  }
+
   int width_;
   int height_;
   std::vector<float> values_;
