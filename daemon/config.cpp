@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <map>
 #include <set>
 #include <sstream>
 #include <utility>
@@ -122,6 +123,7 @@ void read_tracking(Reader reader, TrackingConfig& config) {
   options.window_px = reader.integer("window_px", options.window_px, 5, 101);
   options.forward_backward_px = reader.number("forward_backward_px", options.forward_backward_px, 0.01, 100);
   options.search_radius_px = reader.number("search_radius_px", options.search_radius_px, 1, 4000);
+  std::map<std::string, tracking::TrackerOptions> of_camera;
   for (auto& target : reader.list("target")) {
     TargetConfig described;
     described.camera = target.table().required_text("camera");
@@ -132,6 +134,12 @@ void read_tracking(Reader reader, TrackingConfig& config) {
       target.table().complain("region_px", "must be [x, y, width, height], width and height above 0");
     } else {
       described.region = {region[0], region[1], region[2], region[3]};
+      auto& asked = of_camera[described.camera];
+      asked.targets.push_back({described.name, described.region});
+      if (const auto valid = tracking::validate(asked); !valid) {
+        target.table().complain("region_px", ": " + valid.error().message);
+        asked.targets.pop_back();
+      }
     }
     config.targets.push_back(std::move(described));
   }

@@ -86,6 +86,10 @@ INSTANTIATE_TEST_SUITE_P(
         BadConfig{"[sync]\nwindow_ms = -1", "must be from 0 to 10000"},
         BadConfig{"[estimation]\nband_hz = [4, 0.3]", "0 < low < high"},
         BadConfig{"[[tracking.target]]\ncamera='c'\nname='t'\nregion_px=[1,2,3]", "'tracking.target.region_px' must be"},
+        BadConfig{"[[tracking.target]]\ncamera='c'\nname='t'\nregion_px=[1,2,3,4]", "at least 15 x 15 px"},
+        BadConfig{"[[tracking.target]]\ncamera='c'\nname='t'\nregion_px=[1,2,30,40]\n"
+                  "[[tracking.target]]\ncamera='c'\nname='t'\nregion_px=[1,2,30,40]",
+                  "given twice"},
         BadConfig{"[display]\nport = 70000", "must be from 0 to 65535"},
         BadConfig{"[simulation]\n[[sonic]]\nname='s'\nmodel='gill_windmaster'\nport='pty:'", "replaces devices"},
         BadConfig{"site = 'nowhere.toml'", "site sheet"}, BadConfig{"a = [", "field.toml:1"}));
