@@ -66,7 +66,7 @@ struct Config {
   std::vector<SonicConfig> sonics;
   std::optional<SimulationConfig> simulation;
   Duration window = std::chrono::milliseconds(40);
-  std::size_t skip_after_frames = 6;
+  std::size_t skip_after_frames = 15;
   TrackingConfig tracking;
   estimation::EstimationOptions estimation;
   RecordingConfig recording;

@@ -32,7 +32,7 @@ class Pipeline {
     std::size_t ring_capacity = 128;  // samples between each device's thread and the sequencer
     /// Live: a camera with this many frames waiting for its tracker has further ones skipped, together with the frames the
     /// other cameras took at the same time. 0 = never skip: wait.
-    std::size_t skip_after_frames = 6;
+    std::size_t skip_after_frames = 15;
     /// Replay: the frames skipped when this was recorded (topic, sequence): skipped again.
     std::set<std::pair<std::string, std::uint32_t>> recorded_skips;
   };

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <opencv2/core/utility.hpp>
 #include <thread>
 
 #include "core/log.h"
@@ -286,6 +287,10 @@ class Session {
 
 }  // namespace
 
-int run_session(SessionPlan plan) { return Session(std::move(plan)).run(); }
+int run_session(SessionPlan plan) {
+  // Each camera has a thread of its own: OpenCV's workers would only compete with them.
+  cv::setNumThreads(1);
+  return Session(std::move(plan)).run();
+}
 
 }  // namespace roseau::daemon
