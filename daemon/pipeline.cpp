@@ -58,7 +58,7 @@ bool Pipeline::is_skipped(const Sample& frame) {
   const StreamInfo& stream = streams_.info(frame.header.stream);
   if (options_.recorded_skips.contains({stream.topic, frame.header.sequence})) return true;
   if (options_.skip_after_frames == 0) return false;
-  const bool partner_skipped = frame.header.sample_time - last_skipped_ < kPairTolerance;
+  const bool partner_skipped = last_skipped_ && frame.header.sample_time - *last_skipped_ < kPairTolerance;
   if (!partner_skipped && analysis_.frames_waiting(stream.device) < options_.skip_after_frames) return false;
   last_skipped_ = frame.header.sample_time;
   Sample skip;

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <stop_token>
 #include <string>
@@ -92,7 +93,7 @@ class Pipeline {
   StreamId skip_stream_;
   std::vector<Sample> new_skips_;  // decided while the sequencer was giving out; taken as inputs right after
   std::uint32_t skips_ = 0;
-  HostTime last_skipped_{Duration::min()};
+  std::optional<HostTime> last_skipped_;
   std::atomic<std::int64_t> position_ns_{0};
   std::atomic<double> sequencer_cpu_s_{0};
 };

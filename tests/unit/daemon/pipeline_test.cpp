@@ -132,6 +132,12 @@ TEST(Pipeline, LiveSkipsStereoPairsWholeAndSaysSoAsInputs) {
   }
 }
 
+TEST(Pipeline, LiveSkipsNothingWhileTrackingKeepsUp) {
+  const auto outcome = run({.ring_capacity = 256, .skip_after_frames = 64}, 20, true, milliseconds(0));
+  EXPECT_TRUE(outcome.skipped.empty());
+  EXPECT_EQ(outcome.analysed.size(), 40U);
+}
+
 TEST(Pipeline, ReplayObeysRecordedSkips) {
   Pipeline::Options options{.ring_capacity = 8, .skip_after_frames = 0};
   options.recorded_skips = {{"/camera0/image", 3}, {"/camera1/image", 3}, {"/camera1/image", 7}};
