@@ -19,13 +19,13 @@ namespace roseau::recorder {
 
 struct StreamReport {
   StreamInfo info;
-  std::string schema;            // message name
+  std::string schema;  // message name
   std::uint64_t messages = 0;
-  HostTime first;                // sample times
+  HostTime first;  // sample times
   HostTime last;
-  double rate_hz = 0;            // mean over the stream's own span; 0 with fewer than two messages
+  double rate_hz = 0;                      // mean over the stream's own span; 0 with fewer than two messages
   std::optional<StreamCounters> counters;  // as the recorder left them
-  std::string unreadable;        // why this program cannot read the stream; empty: it can
+  std::string unreadable;                  // why this program cannot read the stream; empty: it can
 };
 
 struct WindReport {
