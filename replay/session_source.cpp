@@ -174,7 +174,7 @@ Result<ReadStatus> SessionSource::read(SampleSink& sink, std::chrono::millisecon
         restart_messages();
         return ReadStatus::more;
       }
-      next_ = std::move(*message);
+      next_ = *message;
     }
     const HostTime due = mcap::host_time_from(next_->message.log_time_ns);
     if (const Duration wait = pacer_->until_due(due); wait > Duration{0}) {
