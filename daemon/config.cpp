@@ -43,7 +43,7 @@ class Reader {
   }
   /// A device's name: becomes the first part of its topics.
   std::string device_name(std::set<std::string>& taken) {
-    const std::string name = table_.required_text("name");
+    std::string name = table_.required_text("name");
     const bool plain = !name.empty() &&
                        std::ranges::all_of(name, [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-'; });
     if (!plain) table_.complain("name", "must be letters, digits, '_' and '-'");
