@@ -308,6 +308,9 @@ TEST(EstimationStage, AShortHoleLeavesAHoleNotASpike) {
     int count_after = 0;
     for (const auto& [time_s, wind] : field.results<WindEstimate>(kTarget + "/wind")) {
       if (time_s < 60) continue;
+      // The first samples behind a hole are news of the state, not of the force: nothing is claimed from them.
+      const double behind_hole_s = std::fmod(time_s, 10) - 0.3;
+      EXPECT_FALSE(time_s > 80 && behind_hole_s > -0.02 && behind_hole_s < 0.05) << time_s;
       const auto frame = static_cast<std::size_t>(std::llround(time_s / sway.sample_period_s));
       const double error = wind.force_per_mass - sway.force[frame];
       const bool near_a_hole = time_s > 80 && std::fmod(time_s, 10) < 2;
