@@ -1,13 +1,13 @@
 #include "daemon/config.h"
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 #include <set>
 #include <sstream>
 #include <utility>
 
 #include "core/toml/table.h"
+#include "daemon/text_file.h"
 #include "drivers/link/link_spec.h"
 
 namespace roseau::daemon {
@@ -173,14 +173,6 @@ void read_estimation(Reader reader, estimation::EstimationOptions& options) {
   options.uncalibrated_scale = reader.number("uncalibrated_scale", options.uncalibrated_scale, 1e-9, 1e9);
 }
 
-Result<std::string> read_text(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return Error{ErrorCode::not_found, path.string() + ": cannot be read; is the path right?"};
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
 /// Everything but the site sheet.
 Config read_config(Reader reader) {
   TomlTable* root = &reader.table();
@@ -222,7 +214,7 @@ Result<Config> parse_config(const std::string& text, const std::string& source_n
   if (absent != nullptr) *absent = root->absent();
   config.text = text;
   if (site.empty()) return config;
-  auto sheet = read_text(site);
+  auto sheet = read_text_file(site);
   if (!sheet) return sheet.error().with_context(root->place("site") + ": site sheet");
   if (auto parsed = TomlTable::parse(*sheet, site.string()); !parsed) return parsed.error();
   config.site_text = std::move(*sheet);
@@ -240,7 +232,7 @@ Result<Config> parse_recorded_config(const std::string& text, const std::string&
 }
 
 Result<Config> load_config(const std::filesystem::path& path) {
-  auto text = read_text(path);
+  auto text = read_text_file(path);
   if (!text) return text.error();
   return parse_config(*text, path.string(), path.parent_path());
 }

@@ -1,10 +1,9 @@
 #include "daemon/sources.h"
 
-#include <fstream>
-#include <sstream>
 #include <utility>
 
 #include "daemon/host_clock.h"
+#include "daemon/text_file.h"
 #include "drivers/camera/file/video_file.h"
 #include "drivers/link/link_spec.h"
 #include "drivers/sonic/sonic_source.h"
@@ -67,11 +66,9 @@ Result<Sources> make_sources(const Config& config) {
 Result<synthesis::Scene> load_scene(const std::filesystem::path& path, std::optional<std::uint64_t> seed) {
   synthesis::Scene scene;
   if (!path.empty()) {
-    const std::ifstream file(path, std::ios::binary);
-    if (!file) return Error{ErrorCode::not_found, "scene " + path.string() + " cannot be read; is the path right?"};
-    std::ostringstream text;
-    text << file.rdbuf();
-    auto read = synthesis::scene_from_toml(text.str(), path.string());
+    const auto text = read_text_file(path);
+    if (!text) return text.error().with_context("scene");
+    auto read = synthesis::scene_from_toml(*text, path.string());
     if (!read) return read.error();
     scene = std::move(*read);
   }

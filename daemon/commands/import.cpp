@@ -1,15 +1,14 @@
 #include <fmt/format.h>
 
 #include <csignal>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <utility>
 
 #include "core/toml/table.h"
 #include "daemon/commands.h"
 #include "daemon/commands/failure.h"
 #include "daemon/progress.h"
+#include "daemon/text_file.h"
 #include "daemon/version.h"
 #include "recorder/recorder.h"
 #include "recorder/tools/import/import_session.h"
@@ -80,12 +79,10 @@ Result<ImportPlan> make_plan(const ImportArguments& arguments) {
 /// The site sheet as it is, if it is TOML.
 Result<std::string> read_site(const std::optional<std::filesystem::path>& path) {
   if (!path) return std::string();
-  std::ifstream file(*path, std::ios::binary);
-  if (!file) return Error{ErrorCode::not_found, "site sheet " + path->string() + " cannot be read; is the path right?"};
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (auto parsed = TomlTable::parse(text.str(), path->string()); !parsed) return parsed.error();
-  return text.str();
+  auto text = read_text_file(*path);
+  if (!text) return text.error().with_context("site sheet");
+  if (auto parsed = TomlTable::parse(*text, path->string()); !parsed) return parsed.error();
+  return text;
 }
 
 void print_report(const ImportArguments& arguments, const recorder::ImportReport& report, std::uint64_t bytes) {
