@@ -21,3 +21,14 @@ pkg_check_modules(DEFLATE REQUIRED IMPORTED_TARGET libdeflate)
 find_package(ZLIB REQUIRED)  # its crc32_combine
 find_package(CLI11 2.1 REQUIRED)
 pkg_check_modules(SYSTEMD REQUIRED IMPORTED_TARGET libsystemd)
+pkg_check_modules(MATIO REQUIRED IMPORTED_TARGET matio)  # MATLAB files of laser-scanned trees
+find_package(spectra REQUIRED)
+pkg_check_modules(HWY REQUIRED IMPORTED_TARGET libhwy)
+pkg_check_modules(APRILTAG REQUIRED IMPORTED_TARGET apriltag)
+
+# mrcal brings neither a CMake nor a pkg-config file.
+find_path(MRCAL_INCLUDE_DIR mrcal/mrcal.h REQUIRED)
+find_library(MRCAL_LIBRARY mrcal REQUIRED)
+add_library(mrcal INTERFACE IMPORTED)
+target_include_directories(mrcal SYSTEM INTERFACE ${MRCAL_INCLUDE_DIR})
+target_link_libraries(mrcal INTERFACE ${MRCAL_LIBRARY})

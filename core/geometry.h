@@ -14,6 +14,15 @@ struct Vec3 {
   double z = 0;
 };
 
+/// Rotation as a unit quaternion, Hamilton's convention: rotates vectors of the first named frame's axes ("b_from_a" takes a's
+/// coordinates to b's).
+struct Quaternion {
+  double w = 1;
+  double x = 0;
+  double y = 0;
+  double z = 0;
+};
+
 /// Axis-aligned rectangle in an image: pixels, origin at the upper left corner of the upper left pixel.
 struct ImageRect {
   double x = 0;
