@@ -38,4 +38,14 @@ struct Covariance2 {
   double yy = 0;
 };
 
+/// Symmetric 3x3 covariance of an (x, y, z) quantity, in that quantity's unit squared.
+struct Covariance3 {
+  double xx = 0;
+  double xy = 0;
+  double xz = 0;
+  double yy = 0;
+  double yz = 0;
+  double zz = 0;
+};
+
 }  // namespace roseau

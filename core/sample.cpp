@@ -21,7 +21,11 @@ constexpr std::array<std::string_view, kSampleKindCount> kKindNames = {"raw_byte
                                                                        "gap",
                                                                        "drop",
                                                                        "health",
-                                                                       "log"};
+                                                                       "log",
+                                                                       "station_pose",
+                                                                       "led_board_time",
+                                                                       "marker_positions",
+                                                                       "modal_state"};
 constexpr std::array<std::string_view, 4> kUnitNames = {"px", "m", "strain", "other"};
 constexpr std::array<std::string_view, 6> kStateNames = {"starting", "running", "degraded", "reopening", "failed", "finished"};
 }  // namespace

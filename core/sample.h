@@ -84,6 +84,33 @@ struct WindSample {
   bool valid = true;                // wind usable; false also when the device's status says so
 };
 
+/// One record of a magnetic tracker: where one of its stations (receivers) is, in the axes of its source (transmitter).
+/// Values that the record does not hold are NaN.
+struct StationPose {
+  std::uint8_t station = 1;  // the tracker's own number, from 1
+  Vec3 position_in_source_m{kNotMeasured, kNotMeasured, kNotMeasured};
+  Quaternion source_from_station{kNotMeasured, kNotMeasured, kNotMeasured,
+                                 kNotMeasured};  // takes the sensor's axes to the source's
+  std::uint16_t device_status = 0;               // the tracker's error code as sent (a letter); 0 = none
+  bool valid = true;                             // position usable; false when the tracker reports an error
+};
+
+/// An LED board's clock at one event: its counter of ticks, and the time since the last tick. The header's device time is
+/// the same in nanoseconds, unwrapped; its sequence is the number below (edges: counted).
+struct LedBoardTime {
+  enum class Event : std::uint8_t {
+    latch,              // the LEDs took on this tick's pattern; sent unasked, every so many ticks
+    rising_edge,        // on the board's input
+    falling_edge,       //
+    question_received,  // of ours, `sequence` being the question's
+    answer_sent,
+  };
+  Event event = Event::latch;
+  std::uint32_t tick = 0;          // as sent: wraps
+  std::uint32_t microseconds = 0;  // since that tick
+  std::uint32_t sequence = 0;      // message number as sent; 0 for edges
+};
+
 enum class LengthUnit : std::uint8_t { pixel, metre, strain, other };
 std::string_view to_string(LengthUnit unit);
 
@@ -118,6 +145,18 @@ struct ImageMotion {
   };
   std::vector<Point> points;
   std::vector<Target> targets;
+};
+
+/// Named points in space at one time: markers on a plant or a rig, as reconstructed from pictures or as a simulation knows
+/// them. A point that is not seen has NaN coordinates.
+struct MarkerPositions {
+  struct Marker {
+    std::string name;
+    Vec3 position_m;
+    std::optional<Covariance3> covariance_m2;
+  };
+  std::string frame = "world";  // whose axes: "world", or a device's name
+  std::vector<Marker> markers;
 };
 
 // ---------------------------------------------------------------------------------------------------------------------
@@ -161,6 +200,16 @@ struct WindCalibration {
   double correlation = kNotMeasured;
   double rms_mps = kNotMeasured;
   double seconds_used = 0;
+};
+
+/// A structure as the sum of its vibration modes, mass-normalised: x'' + 2 damping w x' + w^2 x = force, one row per mode.
+/// All vectors have one length, except those that are not known and empty.
+struct ModalState {
+  std::string structure;                     // which: "tree"
+  std::vector<double> natural_frequency_hz;  // undamped, w / 2 pi
+  std::vector<double> damping_ratio;
+  std::vector<double> amplitude;    // x: m sqrt(kg)
+  std::vector<double> modal_force;  // m sqrt(kg) / s^2
 };
 
 /// Power spectra of a target, one-sided, on a common frequency axis, with the band in which the force can be trusted
@@ -247,9 +296,9 @@ struct LogEntry {
 
 // ---------------------------------------------------------------------------------------------------------------------
 
-using Payload =
-    std::variant<RawBytes, Frame, CameraCalibration, OperatorAction, Skip, WindSample, Displacement, ImageMotion,
-                 Identification, WindEstimate, WindCalibration, ForceSpectrum, ClockState, Gap, Drop, Health, LogEntry>;
+using Payload = std::variant<RawBytes, Frame, CameraCalibration, OperatorAction, Skip, WindSample, Displacement, ImageMotion,
+                             Identification, WindEstimate, WindCalibration, ForceSpectrum, ClockState, Gap, Drop, Health,
+                             LogEntry, StationPose, LedBoardTime, MarkerPositions, ModalState>;
 
 /// Index into Payload, in the same order.
 enum class SampleKind : std::uint8_t {
@@ -270,6 +319,10 @@ enum class SampleKind : std::uint8_t {
   drop,
   health,
   log,
+  station_pose,
+  led_board_time,
+  marker_positions,
+  modal_state,
 };
 inline constexpr std::size_t kSampleKindCount = std::variant_size_v<Payload>;
 

@@ -23,6 +23,10 @@ Retention retention_of(SampleKind kind) {
     case SampleKind::wind_calibration:
     case SampleKind::force_spectrum:
     case SampleKind::health:
+    case SampleKind::station_pose:
+    case SampleKind::led_board_time:
+    case SampleKind::marker_positions:
+    case SampleKind::modal_state:
       return {.on_subscribe = 1};
     case SampleKind::clock_state:  // one channel may speak of several devices
     case SampleKind::operator_action:

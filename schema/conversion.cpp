@@ -48,6 +48,25 @@ ImageAnnotationsMessage message_of(const ImageMotion& motion, const SampleHeader
   return annotations_from_motion(motion, header.sample_time);
 }
 
+PoseInFrameMessage message_of(const StationPose& station, const SampleHeader& header, const StreamTable& streams) {
+  return {.frame_id = streams.info(header.stream).device,
+          .pose = {station.position_in_source_m, station.source_from_station},
+          .station = station.station,
+          .device_status = station.device_status,
+          .valid = station.valid};
+}
+
+PosesInFrameMessage message_of(const MarkerPositions& positions, const SampleHeader&, const StreamTable&) {
+  PosesInFrameMessage message{.frame_id = positions.frame};
+  for (const auto& marker : positions.markers) {
+    message.poses.push_back({.position = marker.position_m});
+    message.markers.push_back({.name = marker.name,
+                               .has_covariance = marker.covariance_m2.has_value(),
+                               .covariance_m2 = marker.covariance_m2.value_or(Covariance3{})});
+  }
+  return message;
+}
+
 template <class Payload>
 const Payload& message_of(const Payload& payload, const SampleHeader&, const StreamTable&) {
   return payload;
@@ -92,6 +111,22 @@ Result<CameraCalibration> payload_of(const CameraCalibrationMessage& message) {
   }
   camera.position_in_world_m = message.position_in_world_m;
   return camera;
+}
+
+Result<MarkerPositions> payload_of(const PosesInFrameMessage& message) {
+  // Other programs write poses without names.
+  if (!message.markers.empty() && message.markers.size() != message.poses.size()) {
+    return Error{ErrorCode::corrupt,
+                 std::to_string(message.markers.size()) + " markers with " + std::to_string(message.poses.size()) + " poses"};
+  }
+  MarkerPositions positions;
+  positions.frame = message.frame_id;
+  for (const Pose& pose : message.poses) positions.markers.push_back({.position_m = pose.position});
+  for (std::size_t i = 0; i < message.markers.size(); ++i) {
+    positions.markers[i].name = message.markers[i].name;
+    if (message.markers[i].has_covariance) positions.markers[i].covariance_m2 = message.markers[i].covariance_m2;
+  }
+  return positions;
 }
 
 Result<Frame> copy_frame(const FrameView& view, FramePool* frames) {
@@ -149,6 +184,24 @@ Result<ImageMotion> parse_payload(std::span<const std::byte> bytes, SampleHeader
   ImageAnnotationsMessage message;
   if (auto read = read_message(bytes, header, message); !read) return read.error();
   return motion_from_annotations(message);
+}
+
+template <>
+Result<StationPose> parse_payload(std::span<const std::byte> bytes, SampleHeader& header, const StreamTable&, FramePool*) {
+  PoseInFrameMessage message;
+  if (auto read = read_message(bytes, header, message); !read) return read.error();
+  return StationPose{.station = message.station,
+                     .position_in_source_m = message.pose.position,
+                     .source_from_station = message.pose.orientation,
+                     .device_status = message.device_status,
+                     .valid = message.valid};
+}
+
+template <>
+Result<MarkerPositions> parse_payload(std::span<const std::byte> bytes, SampleHeader& header, const StreamTable&, FramePool*) {
+  PosesInFrameMessage message;
+  if (auto read = read_message(bytes, header, message); !read) return read.error();
+  return payload_of(message);
 }
 
 using ParseSample = Result<Sample> (*)(std::span<const std::byte>, SampleHeader, const StreamTable&, FramePool*);

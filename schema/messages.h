@@ -51,6 +51,30 @@ struct SkipMessage {
   std::uint32_t sequence = 0;
 };
 
+struct Pose {
+  Vec3 position;
+  Quaternion orientation;
+};
+
+struct PoseInFrameMessage {
+  std::string frame_id;
+  Pose pose;
+  std::uint8_t station = 0;
+  std::uint16_t device_status = 0;
+  bool valid = false;
+};
+
+struct PosesInFrameMessage {
+  struct Marker {
+    std::string name;
+    bool has_covariance = false;
+    Covariance3 covariance_m2;
+  };
+  std::string frame_id;
+  std::vector<Pose> poses;
+  std::vector<Marker> markers;
+};
+
 struct Color {
   double r = 0;
   double g = 0;
@@ -123,6 +147,37 @@ void describe(Io& io, typename Io::template Ref<Covariance2> covariance) {
   io.real(1, covariance.xx);
   io.real(2, covariance.xy);
   io.real(3, covariance.yy);
+}
+
+template <class Io>
+void describe(Io& io, typename Io::template Ref<Covariance3> covariance) {
+  io.real(1, covariance.xx);
+  io.real(2, covariance.xy);
+  io.real(3, covariance.xz);
+  io.real(4, covariance.yy);
+  io.real(5, covariance.yz);
+  io.real(6, covariance.zz);
+}
+
+template <class Io>
+void describe(Io& io, typename Io::template Ref<Quaternion> quaternion) {
+  io.real(1, quaternion.x);
+  io.real(2, quaternion.y);
+  io.real(3, quaternion.z);
+  io.real(4, quaternion.w);
+}
+
+template <class Io>
+void describe(Io& io, typename Io::template Ref<Pose> pose) {
+  io.message(1, pose.position);
+  io.message(2, pose.orientation);
+}
+
+template <class Io>
+void describe(Io& io, typename Io::template Ref<PosesInFrameMessage::Marker> marker) {
+  io.text(1, marker.name);
+  io.flag(2, marker.has_covariance);
+  io.message(3, marker.covariance_m2);
 }
 
 template <class Io>
@@ -288,6 +343,23 @@ void describe(Io& io, typename Io::template Ref<ClockState> clock) {
 }
 
 template <class Io>
+void describe(Io& io, typename Io::template Ref<LedBoardTime> board) {
+  io.choice(3, board.event, LedBoardTime::Event::latch, LedBoardTime::Event::answer_sent);
+  io.uint(4, board.tick);
+  io.uint(5, board.microseconds);
+  io.uint(6, board.sequence);
+}
+
+template <class Io>
+void describe(Io& io, typename Io::template Ref<ModalState> modes) {
+  io.text(3, modes.structure);
+  io.doubles(4, modes.natural_frequency_hz);
+  io.doubles(5, modes.damping_ratio);
+  io.doubles(6, modes.amplitude);
+  io.doubles(7, modes.modal_force);
+}
+
+template <class Io>
 void describe(Io& io, typename Io::template Ref<Gap> gap) {
   io.text(3, gap.topic);
   io.uint(4, gap.missing);
@@ -314,9 +386,10 @@ void describe(Io& io, typename Io::template Ref<Health> health) {
 }
 
 template <class Message>
-concept FoxgloveMessage = std::same_as<Message, RawImageMessage> || std::same_as<Message, CompressedImageMessage> ||
-                          std::same_as<Message, CameraCalibrationMessage> || std::same_as<Message, ImageAnnotationsMessage> ||
-                          std::same_as<Message, LogEntry>;
+concept FoxgloveMessage =
+    std::same_as<Message, RawImageMessage> || std::same_as<Message, CompressedImageMessage> ||
+    std::same_as<Message, CameraCalibrationMessage> || std::same_as<Message, ImageAnnotationsMessage> ||
+    std::same_as<Message, LogEntry> || std::same_as<Message, PoseInFrameMessage> || std::same_as<Message, PosesInFrameMessage>;
 
 /// A whole message of roseau's own.
 template <class Io, class Payload>
@@ -378,6 +451,28 @@ void describe_message(Io& io, typename Io::template Ref<SampleHeader> header,
   io.repeated(3, annotations.texts);
   io.time(5, header.sample_time);
   io.message(kHeaderField, header);
+}
+
+template <class Io>
+void describe_message(Io& io, typename Io::template Ref<SampleHeader> header,
+                      typename Io::template Ref<PoseInFrameMessage> message) {
+  io.time(1, header.sample_time);
+  io.text(2, message.frame_id);
+  io.message(3, message.pose);
+  io.message(kHeaderField, header);
+  io.uint(2001, message.station);
+  io.uint(2002, message.device_status);
+  io.flag(2003, message.valid);
+}
+
+template <class Io>
+void describe_message(Io& io, typename Io::template Ref<SampleHeader> header,
+                      typename Io::template Ref<PosesInFrameMessage> message) {
+  io.time(1, header.sample_time);
+  io.text(2, message.frame_id);
+  io.repeated(3, message.poses);
+  io.message(kHeaderField, header);
+  io.repeated(2001, message.markers);
 }
 
 template <class Io>

@@ -26,7 +26,11 @@ constexpr std::array<std::string_view, kSampleKindCount> kNames = {"roseau.RawBy
                                                                    "roseau.Gap",
                                                                    "roseau.Drop",
                                                                    "roseau.Health",
-                                                                   "foxglove.Log"};
+                                                                   "foxglove.Log",
+                                                                   "foxglove.PoseInFrame",
+                                                                   "roseau.LedBoardTime",
+                                                                   "foxglove.PosesInFrame",
+                                                                   "roseau.ModalState"};
 
 Schema find_schema(std::string_view name) {
   const auto sets = descriptor_sets();

@@ -102,6 +102,14 @@ inline Payload filled_payload(SampleKind kind, StreamTable& streams, FramePool& 
                     80'000'000'000};
     case SampleKind::log:
       return LogEntry{LogEntry::Level::error, "sonic", "no data"};
+    case SampleKind::station_pose:
+      return StationPose{3, {0.25, -0.5, 0.75}, {0.5, -0.5, 0.5, -0.5}, 'k', true};
+    case SampleKind::led_board_time:
+      return LedBoardTime{LedBoardTime::Event::rising_edge, 4'000'000'000, 250, 7};
+    case SampleKind::marker_positions:
+      return MarkerPositions{"world", {{"red", {1, 2, 3}, Covariance3{1, 0.5, 0.25, 2, 0.125, 3}}, {"blue", {4, 5, 6}, {}}}};
+    case SampleKind::modal_state:
+      return ModalState{"tree", {0.5, 1.5}, {0.05, 0.0625}, {0.25, -0.125}, {2, -1}};
   }
   check_failed("every kind has a sample", __FILE__, __LINE__);
 }

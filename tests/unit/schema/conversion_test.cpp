@@ -70,7 +70,8 @@ void expect_complete(const pb::Message& message) {
     const auto* field = message.GetDescriptor()->field(i);
     const auto& name = field->full_name();
     if (unused.contains(name) || name.starts_with("google.") || name.starts_with("foxglove.Color.") ||
-        name.starts_with("foxglove.Point2.")) {
+        name.starts_with("foxglove.Point2.") || name.starts_with("foxglove.Quaternion.") ||
+        name.starts_with("foxglove.PosesInFrame.Marker.") || name.starts_with("roseau.Covariance3.")) {
       continue;
     }
     if (field->is_repeated()) {
@@ -170,6 +171,19 @@ std::string expected_json(SampleKind kind) {
           R"("recording_path":"/data/a.mcap","recording_s":61.5,"recorded_bytes":"70000000000","disk_free_bytes":"80000000000")");
     case SampleKind::log:
       return own(R"("level":"ERROR","message":"no data","name":"sonic")");
+    case SampleKind::station_pose:
+      return own(R"("frame_id":"camera0","pose":{"position":{"x":0.25,"y":-0.5,"z":0.75},)"
+                 R"("orientation":{"x":-0.5,"y":0.5,"z":-0.5,"w":0.5}},"station":3,"device_status":107,"valid":true)");
+    case SampleKind::led_board_time:
+      return own(R"("event":"RISING_EDGE","tick":4000000000,"microseconds":250,"sequence":7)");
+    case SampleKind::marker_positions:
+      return own(
+          R"("frame_id":"world","poses":[{"position":{"x":1,"y":2,"z":3},"orientation":{"w":1}},)"
+          R"({"position":{"x":4,"y":5,"z":6},"orientation":{"w":1}}],"markers":[{"name":"red","has_covariance":true,)"
+          R"("covariance_m2":{"xx":1,"xy":0.5,"xz":0.25,"yy":2,"yz":0.125,"zz":3}},{"name":"blue","covariance_m2":{}}])");
+    case SampleKind::modal_state:
+      return own(R"("structure":"tree","natural_frequency_hz":[0.5,1.5],"damping_ratio":[0.05,0.0625],)"
+                 R"("amplitude":[0.25,-0.125],"modal_force":[2,-1])");
   }
   return "";
 }
@@ -274,6 +288,23 @@ class Conversion : public ::testing::Test {
     return *back;
   }
 };
+
+TEST_F(Conversion, PosesOfOtherProgramsAreMarkersWithoutNames) {
+  PeerSchema peer(schema_of(SampleKind::marker_positions));
+  const auto parsed = [&](const std::string& json) {
+    return parse(SampleKind::marker_positions, as_bytes(peer.from_json(json)->SerializeAsString()), {}, streams, &pool);
+  };
+  const auto nameless = parsed(R"({"frame_id":"map","poses":[{"position":{"x":1,"y":2,"z":3}}]})");
+  ASSERT_TRUE(nameless) << nameless.error().message;
+  const auto& positions = std::get<MarkerPositions>(nameless->payload);
+  EXPECT_EQ(positions.frame, "map");
+  ASSERT_EQ(positions.markers.size(), 1U);
+  EXPECT_EQ(positions.markers[0].position_m.z, 3);
+  EXPECT_FALSE(positions.markers[0].covariance_m2);
+  const auto uneven = parsed(R"({"poses":[{"position":{"x":1}},{"position":{"x":2}}],"markers":[{"name":"red"}]})");
+  ASSERT_FALSE(uneven);
+  EXPECT_EQ(uneven.error().code, ErrorCode::corrupt);
+}
 
 TEST_F(Conversion, KeepsEveryBitOfUnusualNumbers) {
   const double quiet_nan_with_payload = std::bit_cast<double>(0x7FF8'0000'DEAD'BEEFULL);
