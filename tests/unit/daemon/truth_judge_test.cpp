@@ -12,9 +12,10 @@ namespace {
 class TruthJudgeTest : public ::testing::Test {
  protected:
   template <class T>
-  void see(const std::string& topic, double time_s, T payload) {
+  void see(const std::string& topic, double time_s, T payload, std::uint32_t sequence = 0) {
     Sample sample;
     sample.header.stream = streams_.add({.topic = topic, .kind = "x"});
+    sample.header.sequence = sequence;
     sample.header.sample_time = HostTime{from_seconds(time_s)};
     sample.payload = std::move(payload);
     judge_.see(sample);
@@ -65,6 +66,30 @@ TEST_F(TruthJudgeTest, WindIsComparedAlongTheCalibratedDirectionAtItsOwnTime) {
   const auto figures = judge_.figures().at("wind/camera0/branch");
   EXPECT_EQ(figures.count, 1U);
   EXPECT_NEAR(figures.max, 0.2, 1e-9);
+}
+
+TEST_F(TruthJudgeTest, FramesAreHeldAgainstTheirTrueExposureByNumber) {
+  for (std::uint32_t i = 0; i < 50; ++i) {
+    // The truth comes first or second; every fifth frame was lost.
+    if (i % 2 == 0) see("/truth/camera0/exposure", i / 30.0, ClockState{}, i);
+    if (i % 5 != 4) see("/camera0/image", i / 30.0 + 0.014, Frame{}, i);
+    if (i % 2 == 1) see("/truth/camera0/exposure", i / 30.0, ClockState{}, i);
+  }
+  const auto figures = judge_.figures().at("clock/camera0");
+  EXPECT_EQ(figures.count, 40U);
+  EXPECT_NEAR(figures.max, 0.014, 1e-9);
+  EXPECT_EQ(figures.unit, "s");
+}
+
+TEST_F(TruthJudgeTest, RecordsAreHeldAgainstTheNearestTrueTime) {
+  for (int i = 0; i < 100; ++i) {
+    see("/truth/sonic/wind", i / 20.0, WindSample{});
+    if (i % 7 != 0) see("/sonic/wind", i / 20.0 + (i % 2 == 0 ? 0.003 : -0.004), WindSample{});
+  }
+  const auto figures = judge_.figures().at("clock/sonic");
+  EXPECT_NEAR(static_cast<double>(figures.count), 84, 2);  // the last ones wait for the truth behind them
+  EXPECT_NEAR(figures.max, 0.004, 1e-9);
+  EXPECT_NEAR(figures.rms, std::sqrt((9e-6 + 16e-6) / 2), 5e-5);
 }
 
 TEST(TopicNames, TargetsAreNamedByCameraAndName) {
