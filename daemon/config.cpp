@@ -170,6 +170,9 @@ void read_estimation(Reader reader, estimation::EstimationOptions& options) {
   options.calibration.max_delay_s = reader.number("max_delay_s", options.calibration.max_delay_s, 0, 60);
   options.calibration.low_pass_hz = reader.number("low_pass_hz", options.calibration.low_pass_hz, 0.001, 10);
   options.calibration_interval_s = reader.number("calibration_interval_s", options.calibration_interval_s, 1, 3600);
+  if (table.has("calibration_final_after_s")) {
+    options.calibration_final_after_s = reader.number("calibration_final_after_s", 0, 20, 1e6);
+  }
   options.uncalibrated_scale = reader.number("uncalibrated_scale", options.uncalibrated_scale, 1e-9, 1e9);
 }
 

@@ -35,7 +35,10 @@ struct EstimationOptions {
   std::string reference_topic;         // empty: the first wind stream that is not truth
   CalibrationOptions calibration;      // holds the direction of the image plane, if known
   double calibration_interval_s = 10;  // half of it until the first one
-  double uncalibrated_scale = 1;       // without a reference wind_mps = scale * sign(u) sqrt(|u|), u = static displacement
+  /// Once it rests on this much, it stands: from then on estimates no longer lean on the reference, which may be taken away or
+  /// judge them. Unset: it goes on being refined.
+  std::optional<double> calibration_final_after_s;
+  double uncalibrated_scale = 1;  // without a reference wind_mps = scale * sign(u) sqrt(|u|), u = static displacement
 
   bool fuse_targets = true;  // /wind/estimate from all accepted and calibrated targets
 };

@@ -305,6 +305,8 @@ std::optional<double> TargetEstimator::direction_deg() const {
 void TargetEstimator::calibrate_now(std::int64_t now_ns, const GridSeries& reference, const std::string& topic,
                                     TargetOutput& output) {
   next_calibration_ns_ = now_ns + from_seconds(options_.calibration_interval_s * (calibration_ ? 1 : 0.5)).count();
+  if (calibration_ && options_.calibration_final_after_s && calibration_->seconds_used >= *options_.calibration_final_after_s)
+    return;
   if (!parameters_ || topic.empty()) return;
   const auto fit = calibrate_wind(static_displacement_, reference, options_.calibration);
   if (!fit) return;

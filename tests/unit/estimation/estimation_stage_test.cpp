@@ -234,6 +234,28 @@ TEST(EstimationStage, WithoutAReferenceTheScaleIsOnlyStated) {
   EXPECT_TRUE(field.results<WindEstimate>("/wind/estimate").empty());
 }
 
+TEST(EstimationStage, AFinalCalibrationNoLongerListensToTheReference) {
+  SwayOptions options;
+  options.duration_s = 120;
+  const Sway sway = testing::simulate_sway(3, options);
+  EstimationOptions estimation;
+  estimation.calibration_final_after_s = 40;
+  Field field(estimation);
+  const std::size_t half = sway.displacement_px.size() / 2;
+  feed(field, sway, 0, half);
+  const auto before = field.results<WindCalibration>(kTarget + "/calibration");
+  ASSERT_FALSE(before.empty());
+  EXPECT_GE(before.back().second.seconds_used, 40);
+  EXPECT_LT(before.back().second.seconds_used, 46);
+  // The reference goes mad.
+  for (std::size_t i = half; i < sway.displacement_px.size(); ++i) {
+    field.wind("/sonic/wind", static_cast<double>(i) * sway.sample_period_s, 30, 100);
+    feed(field, sway, i, i + 1, false);
+  }
+  EXPECT_EQ(field.results<WindCalibration>(kTarget + "/calibration").size(), before.size());
+  EXPECT_TRUE(field.results<WindEstimate>(kTarget + "/wind").back().second.scale_known);
+}
+
 TEST(EstimationStage, TakesTheReferenceItIsTold) {
   SwayOptions options;
   options.duration_s = 60;
