@@ -1,5 +1,6 @@
 #include "structure/mechanics/beam_element.h"
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <numbers>

@@ -4,10 +4,11 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
 #include "structure/mechanics/beam_element.h"
+#include "structure/tree/statistics.h"
+#include "structure/tree/tree_check.h"
 
 namespace roseau::structure {
 namespace {
@@ -31,36 +32,8 @@ std::optional<Error> complaint(const Material& material) {
   return std::nullopt;
 }
 
-std::optional<Error> complaint(const TreeModel& tree, std::size_t index) {
-  const TreeNode& node = tree.nodes[index];
-  const auto parent = static_cast<std::size_t>(node.parent);
-  if (node.parent < 0 || parent >= index) return invalid(fmt::format("node {}: its parent must come before it", index));
-  const double length = (vector_of(node.position_m) - vector_of(tree.nodes[parent].position_m)).norm();
-  if (!is_positive(length)) return invalid(fmt::format("node {}: its segment has no length ({} m)", index, length));
-  if (!is_not_below_zero(node.start_radius_m) || !is_not_below_zero(node.end_radius_m) ||
-      !is_positive(node.start_radius_m + node.end_radius_m)) {
-    return invalid(fmt::format("node {}: its segment has no thickness (radius {} m to {} m)", index, node.start_radius_m,
-                               node.end_radius_m));
-  }
-  return std::nullopt;
-}
-
-std::optional<Error> complaint(const TreeModel& tree, const BeamOptions& options) {
-  if (tree.nodes.size() < 2) {
-    return invalid(fmt::format("tree \"{}\" has {} node(s); it needs at least two to bend", tree.name, tree.nodes.size()));
-  }
-  if (auto error = complaint(options.material)) return error;
-  for (std::size_t i = 1; i < tree.nodes.size(); ++i) {
-    if (tree.nodes[i].parent == TreeNode::kNoParent) continue;
-    if (auto error = complaint(tree, i)) return error;
-  }
-  for (const Leaf& leaf : tree.leaves) {
-    if (leaf.node >= tree.nodes.size()) return invalid(fmt::format("a leaf on node {}, which does not exist", leaf.node));
-    if (!is_not_below_zero(leaf.length_m) || !is_not_below_zero(leaf.width_m)) {
-      return invalid(fmt::format("a leaf on node {} without a size", leaf.node));
-    }
-  }
-  for (const PointMass& mass : options.point_masses) {
+std::optional<Error> complaint(const TreeModel& tree, const std::vector<PointMass>& masses) {
+  for (const PointMass& mass : masses) {
     if (mass.node >= tree.nodes.size()) return invalid(fmt::format("a mass on node {}, which does not exist", mass.node));
     if (!is_not_below_zero(mass.mass_kg)) return invalid(fmt::format("node {}: a mass of {} kg", mass.node, mass.mass_kg));
   }
@@ -100,9 +73,7 @@ class Assembler {
     const Eigen::Matrix3d axes = beam_axes(along);
     add(stiffness_, in_tree_frame(beam_stiffness(beam), axes), parent, index);
     add(mass_, in_tree_frame(beam_mass(beam), axes), parent, index);
-    const double a = beam.start_radius_m;
-    const double b = beam.end_radius_m;
-    structure_.wood_mass_kg += beam.density_kg_m3 * std::numbers::pi * beam.length_m * (a * a + a * b + b * b) / 3;
+    structure_.wood_mass_kg += beam.density_kg_m3 * wood_volume_m3(beam.length_m, beam.start_radius_m, beam.end_radius_m);
   }
 
   void add_lumped(std::size_t node, double mass_kg) {
@@ -146,20 +117,18 @@ class Assembler {
 
 }  // namespace
 
-double leaf_area_m2(const Leaf& leaf) { return std::numbers::pi / 4 * leaf.length_m * leaf.width_m; }
-
 std::vector<double> leaf_area_by_node_m2(const TreeModel& tree) {
   std::vector<double> area(tree.nodes.size(), 0.0);
-  for (const Leaf& leaf : tree.leaves) area.at(leaf.node) += leaf_area_m2(leaf);
+  for (const Leaf& leaf : tree.leaves) area.at(leaf.node) += area_m2(leaf);
   return area;
 }
 
 Result<BeamStructure> assemble_beams(const TreeModel& tree, const BeamOptions& options) {
-  if (auto error = complaint(tree, options)) return *std::move(error);
+  if (auto checked = check(tree); !checked) return checked.error();
+  if (auto error = complaint(options.material)) return *std::move(error);
+  if (auto error = complaint(tree, options.point_masses)) return *std::move(error);
   Assembler assembler(tree, options);
-  for (std::size_t i = 1; i < tree.nodes.size(); ++i) {
-    if (tree.nodes[i].parent != TreeNode::kNoParent) assembler.add_segment(i);
-  }
+  for (std::size_t i = 1; i < tree.nodes.size(); ++i) assembler.add_segment(i);
   double leaf_mass_kg = 0;
   const std::vector<double> leaf_area_m2 = leaf_area_by_node_m2(tree);
   for (std::size_t i = 0; i < leaf_area_m2.size(); ++i) {

@@ -30,10 +30,7 @@ struct BeamOptions {
   std::vector<PointMass> point_masses;
 };
 
-/// Area of one side of a leaf's blade, taken as an ellipse.
-double leaf_area_m2(const Leaf& leaf);
-
-/// Sum of leaf_area_m2 per node.
+/// One side of all leaves of each node.
 std::vector<double> leaf_area_by_node_m2(const TreeModel& tree);
 
 /// M u'' + K u = f in the tree's frame. Both matrices are symmetric and stored whole. Node n > 0 has six degrees of freedom in
@@ -53,16 +50,12 @@ struct BeamStructure {
 
   Eigen::Index dof_count() const { return stiffness.rows(); }
   /// Of the node's displacement in x; its five other degrees of freedom follow. Not for the clamped node 0.
-  Eigen::Index first_dof(std::size_t node) const {
-    return static_cast<Eigen::Index>(node_count - 1 - node) * kDofPerNode;
-  }
+  Eigen::Index first_dof(std::size_t node) const { return static_cast<Eigen::Index>(node_count - 1 - node) * kDofPerNode; }
   double total_mass_kg() const { return wood_mass_kg + leaf_mass_kg + point_mass_kg; }
 };
 
-/// Error (invalid_argument) for a tree of less than two nodes; a segment without length or radius, or with coordinates that are
-/// no numbers; a parent that does not come before its child; a leaf or a mass on a node that does not exist; a material that is
-/// none. Messages name the node. Nodes without a parent other than the first are let through: what holds nothing is found by
-/// first_modes().
+/// Error (corrupt): the tree breaks a rule of tree_check.h. Error (invalid_argument): a material that is none, a point mass
+/// below zero or on a node that does not exist.
 Result<BeamStructure> assemble_beams(const TreeModel& tree, const BeamOptions& options);
 
 }  // namespace roseau::structure

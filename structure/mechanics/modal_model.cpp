@@ -66,11 +66,14 @@ Result<void> ModalModel::set_parameters(const ModalParameters& parameters) {
   const auto refuse = [](const char* what, double value) {
     return Error{ErrorCode::invalid_argument, fmt::format("{} cannot be {}", what, value)};
   };
-  if (!is_positive(parameters.young_modulus_scale)) return refuse("the scale of Young's modulus", parameters.young_modulus_scale);
+  if (!is_positive(parameters.young_modulus_scale))
+    return refuse("the scale of Young's modulus", parameters.young_modulus_scale);
   if (!is_positive(parameters.density_scale)) return refuse("the density's scale", parameters.density_scale);
   if (!is_positive(parameters.mass_factor)) return refuse("the mass factor", parameters.mass_factor);
-  if (!(parameters.alpha_per_s >= 0)) return refuse("the damping coefficient alpha", parameters.alpha_per_s);
-  if (!(parameters.beta_s >= 0)) return refuse("the damping coefficient beta", parameters.beta_s);
+  if (!(std::isfinite(parameters.alpha_per_s) && parameters.alpha_per_s >= 0))
+    return refuse("the damping coefficient alpha", parameters.alpha_per_s);
+  if (!(std::isfinite(parameters.beta_s) && parameters.beta_s >= 0))
+    return refuse("the damping coefficient beta", parameters.beta_s);
   parameters_ = parameters;
   stiffness_per_s2_ = base_stiffness_per_s2_ * (parameters.young_modulus_scale / modal_mass());
   damping_per_s_ = parameters.alpha_per_s + parameters.beta_s * stiffness_per_s2_;

@@ -2,8 +2,8 @@
 //
 //   q'' + gamma q' + w^2 q = f / m      u = sum of q_i phi_i      (6.15, 6.17, 6.18)
 //
-// with mass-normalised shapes, so that q is in metres times the root of a kilogram and m, the modal mass, is a plain factor: one
-// until the parameters below scale the mass.
+// with mass-normalised shapes, so that q is in metres times the root of a kilogram and m, the modal mass, is a plain factor:
+// one until the parameters below scale the mass.
 #pragma once
 
 #include <Eigen/Core>
@@ -50,10 +50,10 @@ class ModalModel {
   std::size_t node_count() const { return node_count_; }
 
   /// Per mode, with the parameters in force.
-  const Eigen::ArrayXd& stiffness_per_s2() const { return stiffness_per_s2_; }            // w^2
-  const Eigen::ArrayXd& damping_coefficient_per_s() const { return damping_per_s_; }      // gamma
-  double natural_frequency_hz(std::size_t mode) const;                                    // w / 2 pi
-  double damping_ratio(std::size_t mode) const;                                           // gamma / 2 w
+  const Eigen::ArrayXd& stiffness_per_s2() const { return stiffness_per_s2_; }               // w^2
+  const Eigen::ArrayXd& damping_coefficient_per_s() const { return damping_per_s_; }         // gamma
+  double natural_frequency_hz(std::size_t mode) const;                                       // w / 2 pi
+  double damping_ratio(std::size_t mode) const;                                              // gamma / 2 w
   double modal_mass() const { return parameters_.density_scale * parameters_.mass_factor; }  // m, the same for every mode
 
   /// Columns are modes. Row 3 * node + axis: displacement in m, or rotation vector in rad, per unit of q. Node 0 stands still.

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
-#include <Eigen/SparseCholesky>
 #include <Spectra/MatOp/SparseSymMatProd.h>
 #include <Spectra/SymGEigsShiftSolver.h>
+#include <Eigen/Dense>
+#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -17,11 +17,11 @@ using SparseMatrix = Eigen::SparseMatrix<double>;
 // The degrees of freedom are numbered so that nothing fills in: no reordering.
 using Factorisation = Eigen::SimplicialLDLT<SparseMatrix, Eigen::Lower, Eigen::NaturalOrdering<int>>;
 
-constexpr Eigen::Index kDenseSize = 120;       // up to here all modes at once are cheaper than an iteration
-constexpr double kSameFrequency = 1e-7;        // relative gap of w^2 below which modes are treated as one frequency
-constexpr double kRestartTolerance = 1e-11;    // of Lanczos
-constexpr double kAcceptedResidual = 1e-6;     // the figure we promise for w^2
-constexpr int kMaximumSearches = 8;            // for modes that Lanczos left out
+constexpr Eigen::Index kDenseSize = 120;     // up to here all modes at once are cheaper than an iteration
+constexpr double kSameFrequency = 1e-7;      // relative gap of w^2 below which modes are treated as one frequency
+constexpr double kRestartTolerance = 1e-11;  // of Lanczos
+constexpr double kAcceptedResidual = 1e-6;   // the figure we promise for w^2
+constexpr int kMaximumSearches = 8;          // for modes that Lanczos left out
 constexpr Eigen::Index kMaximumRestarts = 1000;
 
 /// y = K^-1 x without its part along the modes that are found already (M-orthogonal): Spectra's operator for shift zero.
@@ -104,7 +104,7 @@ Result<Pairs> lanczos(InverseStiffness& inverse, const SparseMatrix& mass, Eigen
 
 Pairs all_modes(const BeamStructure& structure) {
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(Eigen::MatrixXd(structure.stiffness),
-                                                                          Eigen::MatrixXd(structure.mass));
+                                                                         Eigen::MatrixXd(structure.mass));
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
@@ -114,17 +114,17 @@ Eigen::Index count_modes_below(const BeamStructure& structure, double limit) {
   return (shifted.vectorD().array() < 0).count();
 }
 
-/// The node that nothing holds, when K has no inverse.
+/// Names the node that nothing holds, when K has no inverse.
 Result<void> check_held(const BeamStructure& structure, const Factorisation& factorisation) {
-  const Eigen::VectorXd pivots = factorisation.info() == Eigen::Success ? factorisation.vectorD() : Eigen::VectorXd();
+  const Eigen::VectorXd pivots = factorisation.vectorD();  // valid up to the first that is zero
   const Eigen::VectorXd diagonal = structure.stiffness.diagonal();
   for (Eigen::Index i = 0; i < diagonal.size(); ++i) {
     // A pivot is what holds a degree of freedom once everything beyond it is free; nothing leaves the rounding of the diagonal.
-    if (pivots.size() > 0 && pivots[i] > 1e-13 * diagonal[i]) continue;
+    if (pivots[i] > 1e-13 * diagonal[i]) continue;
     const auto node = structure.node_count - 1 - static_cast<std::size_t>(i / BeamStructure::kDofPerNode);
     return Error{ErrorCode::invalid_argument,
-                 fmt::format("node {} is not held, or by something 1e13 times weaker than what it holds (the stiffness matrix is "
-                             "singular): every node but the first needs a parent, and wood of some thickness to it",
+                 fmt::format("node {} is not held, or by something 1e13 times weaker than what it holds: the "
+                             "stiffness matrix is singular; give the wood below that node some thickness",
                              node)};
   }
   return {};
@@ -225,8 +225,8 @@ Result<void> check_size(const BeamStructure& structure, const ModeOptions& optio
 double modal_analysis_bytes(std::size_t node_count, std::size_t mode_count) {
   const auto nodes = static_cast<double>(node_count);
   const auto modes = static_cast<double>(mode_count);
-  constexpr double kAssembly = 2 * 144 * 16;   // triplets of both matrices, 144 entries of an element each
-  constexpr double kMatrices = 5 * 108 * 12;   // K, M, |K|, K - sM and the factor: 36 on the diagonal, 36 on each side
+  constexpr double kAssembly = 2 * 144 * 16;  // triplets of both matrices, 144 entries of an element each
+  constexpr double kMatrices = 5 * 108 * 12;  // K, M, |K|, K - sM and the factor: 36 on the diagonal, 36 on each side
   const double vectors = 6 * 8 * (2 * modes + 20 + 3 * modes);  // Lanczos' basis, its modes and what is made of them
   return nodes * (kAssembly + kMatrices + vectors);
 }
@@ -237,7 +237,8 @@ Result<Modes> first_modes(const BeamStructure& structure, const ModeOptions& opt
   if (auto held = check_held(structure, factorisation); !held) return held.error();
 
   const auto count = static_cast<Eigen::Index>(options.mode_count);
-  auto pairs = structure.dof_count() <= kDenseSize ? Result<Pairs>(all_modes(structure)) : iterate(structure, factorisation, count);
+  auto pairs =
+      structure.dof_count() <= kDenseSize ? Result<Pairs>(all_modes(structure)) : iterate(structure, factorisation, count);
   if (!pairs) return pairs.error();
   separate_modes_of_one_frequency(*pairs, structure);
 
@@ -245,10 +246,11 @@ Result<Modes> first_modes(const BeamStructure& structure, const ModeOptions& opt
   for (Eigen::Index i = 0; i < count; ++i) normalise(modes.shapes.col(i), structure.mass);
   measure_residuals(modes, structure, factorisation);
   if (!(modes.largest_residual < kAcceptedResidual)) {
-    return Error{ErrorCode::unsupported,
-                 fmt::format("the modes hold to {:.1e} only, {:.0e} is asked for: very short thick pieces beside long thin ones; "
-                             "leave the shortest out",
-                             modes.largest_residual, kAcceptedResidual)};
+    return Error{
+        ErrorCode::unsupported,
+        fmt::format("the modes hold to {:.1e} only, {:.0e} is asked for: very short thick pieces beside long thin ones; "
+                    "leave the shortest out",
+                    modes.largest_residual, kAcceptedResidual)};
   }
   return modes;
 }

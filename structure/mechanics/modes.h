@@ -17,8 +17,9 @@ struct ModeOptions {
 struct Modes {
   Eigen::VectorXd stiffness_per_s2;  // w^2 in rad^2/s^2, ascending
   Eigen::MatrixXd shapes;            // column i: mode i in the structure's degrees of freedom, phi^T M phi = 1
-  double largest_residual = 0;       // largest over the modes of |phi - w^2 K^-1 M phi| in the norm of M: bounds the relative error of w^2
-  double largest_imbalance = 0;      // largest over the modes of ||K phi - w^2 M phi|| / || |K| |phi| ||
+  double largest_residual =
+      0;  // largest over the modes of |phi - w^2 K^-1 M phi| in the norm of M: bounds the relative error of w^2
+  double largest_imbalance = 0;  // largest over the modes of ||K phi - w^2 M phi|| / || |K| |phi| ||
 };
 
 /// What assembling and analysing a tree of this size takes at its peak.
@@ -28,11 +29,11 @@ double modal_analysis_bytes(std::size_t node_count, std::size_t mode_count);
 /// Lanczos can do where two have one frequency (every round trunk: once in x, once in y), is proved by counting: the negative
 /// pivots of K - s M are the modes below s. Missing ones are searched for beside those found.
 ///
-/// Deterministic: the start vector is fixed, each mode's sign makes its largest displacement positive, and modes of one frequency
-/// are turned so that motion in x comes first, then y.
+/// Deterministic: the start vector is fixed, each mode's sign makes its largest displacement positive, and modes of one
+/// frequency are turned so that motion in x comes first, then y.
 ///
-/// Error (invalid_argument): more modes than the structure has degrees of freedom; K is singular, that is, something is not held
-/// (names the node); more memory needed than the limit. Error (unsupported): no convergence, or a residual above 1e-6.
+/// Error (invalid_argument): more modes than the structure has degrees of freedom; K is singular, that is, something is not
+/// held (names the node); more memory needed than the limit. Error (unsupported): no convergence, or a residual above 1e-6.
 Result<Modes> first_modes(const BeamStructure& structure, const ModeOptions& options);
 
 }  // namespace roseau::structure
