@@ -20,7 +20,7 @@
 #include "daemon/summary.h"
 #include "daemon/version.h"
 #include "display/server.h"
-#include "drivers/wire/anemometer.h"
+#include "drivers/wire/make_decoder.h"
 #include "estimation/estimation_stage.h"
 #include "recorder/recorder.h"
 #include "tracking/camera_tracker.h"

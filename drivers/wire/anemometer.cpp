@@ -4,15 +4,14 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 
 #include "drivers/wire/gill_decoder.h"
+#include "drivers/wire/metadata.h"
 
 namespace roseau::wire {
 
 namespace {
 
-constexpr std::string_view kRawSuffix = "/raw";
 constexpr std::string_view kMessages = "messages";
 
 struct ModelName {
@@ -21,18 +20,6 @@ struct ModelName {
 };
 constexpr std::array kModels = {ModelName{AnemometerModel::gill_windsonic, "gill_windsonic"},
                                 ModelName{AnemometerModel::gill_windmaster, "gill_windmaster"}};
-
-std::string_view value_of(const StreamInfo& info, const std::string& key) {
-  const auto found = info.metadata.find(key);
-  return found == info.metadata.end() ? std::string_view() : found->second;
-}
-
-double number_of(const StreamInfo& info, const std::string& key) {
-  const auto text = value_of(info, key);
-  double value = 0;
-  std::from_chars(text.data(), text.data() + text.size(), value);
-  return value;
-}
 
 }  // namespace
 
@@ -73,25 +60,16 @@ StreamInfo raw_stream(const std::string& device, const AnemometerOptions& option
   return raw;
 }
 
-StreamInfo wind_stream(const StreamInfo& raw) {
-  StreamInfo wind = raw;
-  if (wind.topic.ends_with(kRawSuffix)) wind.topic.resize(wind.topic.size() - kRawSuffix.size());
-  wind.topic += "/wind";
-  wind.kind = to_string(SampleKind::wind);
-  wind.role = StreamRole::derived;
-  wind.metadata.erase("framing");
-  wind.metadata.erase("link");
-  return wind;
-}
+StreamInfo wind_stream(const StreamInfo& raw) { return derived_stream(raw, "wind", SampleKind::wind); }
 
-std::unique_ptr<Decoder> make_decoder(const StreamInfo& raw, StreamTable& streams) {
-  const auto model = anemometer_model_from_string(value_of(raw, "model"));
+std::unique_ptr<Decoder> make_anemometer_decoder(const StreamInfo& raw, StreamTable& streams) {
+  const auto model = anemometer_model_from_string(metadata_value(raw, "model"));
   if (!model) return nullptr;
   GillDecoder::Options options;
   options.stream = streams.add(wind_stream(raw));
-  options.delay = from_seconds(number_of(raw, "delay_s"));
-  options.keeps_messages_apart = value_of(raw, "framing") == kMessages;
-  if (const auto node = value_of(raw, "node"); !node.empty()) options.node = node.front();
+  options.delay = from_seconds(metadata_number(raw, "delay_s", 0));
+  options.keeps_messages_apart = metadata_value(raw, "framing") == kMessages;
+  if (const auto node = metadata_value(raw, "node"); !node.empty()) options.node = node.front();
   options.dialect = *model == AnemometerModel::gill_windsonic ? kWindSonicDialect : kWindMasterDialect;
   return std::make_unique<GillDecoder>(options);
 }

@@ -2,13 +2,20 @@
 // the same one is made live and from a recorded session.
 //
 //   key               of the raw stream, e.g. /sonic/raw; the wind stream /sonic/wind carries all but the last two on
+//
 //   model             gill_windsonic, gill_windmaster
+//
 //   axes              gill_spar, gill_axis (core/wind_geometry.h)
+//
 //   north_offset_deg  azimuth of the instrument's north mark
+//
 //   rate_hz           output rate the instrument is set to
-//   delay_s           from the middle of the time a record stands for to its first byte on the wire: sample_time = arrival -
-//   delay framing           stream; messages where each read was a whole message (UDP) link              where the bytes came
-//   from, for people
+//
+//   delay_s           from the middle of the time a record stands for to its first byte: sample_time = arrival - delay
+//
+//   framing           stream; messages where each read was a whole message (UDP)
+//
+//   link              where the bytes came from, for people
 #pragma once
 
 #include <cstdint>
@@ -50,8 +57,7 @@ StreamInfo raw_stream(const std::string& device, const AnemometerOptions& option
 /// The wind stream that belongs to a raw one: "/sonic/raw" -> "/sonic/wind".
 StreamInfo wind_stream(const StreamInfo& raw);
 
-/// Makes the decoder that a raw stream's metadata asks for and adds its wind stream to `streams`. Nothing when the model is
-/// absent or none of ours: the bytes are then only recorded.
-std::unique_ptr<Decoder> make_decoder(const StreamInfo& raw, StreamTable& streams);
+/// The decoder of an anemometer's raw stream, whose wind stream is added to `streams`; nothing when the model is none of these.
+std::unique_ptr<Decoder> make_anemometer_decoder(const StreamInfo& raw, StreamTable& streams);
 
 }  // namespace roseau::wire

@@ -39,27 +39,11 @@ std::optional<std::string_view> body_of_line(std::string_view line, bool checksu
 
 }  // namespace
 
-void GillFramer::push(std::span<const std::byte> bytes, HostTime first_byte_time, Duration byte_time) {
-  std::copy(text_.begin() + static_cast<std::ptrdiff_t>(begin_), text_.begin() + static_cast<std::ptrdiff_t>(end_),
-            text_.begin());
-  std::copy(times_.begin() + static_cast<std::ptrdiff_t>(begin_), times_.begin() + static_cast<std::ptrdiff_t>(end_),
-            times_.begin());
-  end_ -= begin_;
-  begin_ = 0;
-  ROSEAU_CHECK(end_ + bytes.size() <= kCapacity);
-  for (const std::byte byte : bytes) {
-    text_[end_] = static_cast<char>(byte);
-    times_[end_] = first_byte_time;
-    first_byte_time += byte_time;
-    ++end_;
-  }
-}
-
 std::optional<GillRecord> GillFramer::next(bool message_ends) {
   GillRecord record;
   while (true) {
     drop_terminators();
-    if (begin_ == end_) break;
+    if (bytes_.empty()) break;
     const Step done = step(message_ends, record);
     if (done == Step::found_record) return record;
     if (done == Step::needs_more) return std::nullopt;
@@ -69,14 +53,14 @@ std::optional<GillRecord> GillFramer::next(bool message_ends) {
 }
 
 void GillFramer::drop_terminators() {
-  while (behind_record_ && begin_ < end_) {
-    behind_record_ = is_terminator(text_[begin_]);
-    if (behind_record_) ++begin_;
+  while (behind_record_ && !bytes_.empty()) {
+    behind_record_ = is_terminator(pending().front());
+    if (behind_record_) bytes_.drop(1);
   }
 }
 
 GillFramer::Step GillFramer::step(bool message_ends, GillRecord& record) {
-  const char first = text_[begin_];
+  const char first = pending().front();
   if (first == kStx) return match_delimited(false, message_ends, record);
   if (first == '$') return match_delimited(true, message_ends, record);
   if (at_line_start_) return match_line(message_ends, record);
@@ -144,8 +128,8 @@ GillFramer::Step GillFramer::skip_inside_line() {
 }
 
 GillFramer::Step GillFramer::take(std::string_view body, bool is_nmea, std::size_t length, GillRecord& record) {
-  record = {.body = body, .is_nmea = is_nmea, .first_byte_time = times_[begin_]};
-  begin_ += length;
+  record = {.body = body, .is_nmea = is_nmea, .first_byte_time = bytes_.first_byte_time()};
+  bytes_.drop(length);
   at_line_start_ = true;
   behind_record_ = true;
   return Step::found_record;
@@ -153,14 +137,13 @@ GillFramer::Step GillFramer::take(std::string_view body, bool is_nmea, std::size
 
 GillFramer::Step GillFramer::skip(std::size_t length, bool then_at_line_start) {
   counters_.skipped_bytes += length;
-  begin_ += length;
+  bytes_.drop(length);
   at_line_start_ = then_at_line_start;
   return Step::went_on;
 }
 
 void GillFramer::reset() {
-  begin_ = 0;
-  end_ = 0;
+  bytes_.clear();
   at_line_start_ = true;
   behind_record_ = false;
 }

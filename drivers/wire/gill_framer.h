@@ -9,7 +9,6 @@
 // record the search goes on one byte behind its beginning, so that a good record inside or right behind is not lost.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -18,6 +17,7 @@
 
 #include "core/decoder.h"
 #include "core/time.h"
+#include "drivers/wire/timed_bytes.h"
 
 namespace roseau::wire {
 
@@ -32,9 +32,10 @@ class GillFramer {
   /// Longer than any record (a WindMaster's longest has 105 bytes). What is longer is no record: this bounds the memory.
   static constexpr std::size_t kLongestRecord = 160;
 
-  /// Takes at most RawBytes::kCapacity bytes, which follow those before; byte i began at `first_byte_time` + i * `byte_time`.
-  /// next() must have been called until it had no more.
-  void push(std::span<const std::byte> bytes, HostTime first_byte_time, Duration byte_time);
+  /// TimedBytes::push. next() must have been called until it had no more.
+  void push(std::span<const std::byte> bytes, HostTime first_byte_time, Duration byte_time) {
+    bytes_.push(bytes, first_byte_time, byte_time);
+  }
 
   /// The next complete record with the right checksum; nothing until more bytes come. `message_ends`: the bytes pushed so
   /// far end a message, so that nothing still open will be continued.
@@ -48,7 +49,7 @@ class GillFramer {
  private:
   enum class Step : std::uint8_t { found_record, went_on, needs_more };
 
-  std::string_view pending() const { return {text_.data() + begin_, end_ - begin_}; }
+  std::string_view pending() const { return bytes_.text(); }
   Step step(bool message_ends, GillRecord& record);
   Step match_delimited(bool is_nmea, bool message_ends, GillRecord& record);
   Step match_line(bool message_ends, GillRecord& record);
@@ -59,13 +60,7 @@ class GillFramer {
   Step skip(std::size_t length, bool then_at_line_start);
   void drop_terminators();
 
-  static constexpr std::size_t kCapacity = 512;
-  static_assert(kCapacity >= kLongestRecord + 4 + RawBytes::kCapacity);
-
-  std::array<char, kCapacity> text_{};
-  std::array<HostTime, kCapacity> times_{};  // of each byte in text_
-  std::size_t begin_ = 0;
-  std::size_t end_ = 0;
+  TimedBytes<kLongestRecord + 4> bytes_;
   bool at_line_start_ = true;
   bool behind_record_ = false;
   DecoderCounters counters_;

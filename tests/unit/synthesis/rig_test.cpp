@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/wind_geometry.h"
-#include "drivers/wire/anemometer.h"
+#include "drivers/wire/make_decoder.h"
 #include "synthesis/simulated_rig.h"
 
 namespace roseau::synthesis {

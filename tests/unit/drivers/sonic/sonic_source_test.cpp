@@ -8,6 +8,7 @@
 #include "drivers/link/link_spec.h"
 #include "drivers/link/pty_stream.h"
 #include "drivers/link/udp_stream.h"
+#include "drivers/wire/make_decoder.h"
 #include "drivers/wire/wind_master.h"
 #include "drivers/wire/wind_sonic.h"
 #include "tests/support/temporary_folder.h"

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "drivers/wire/anemometer.h"
+#include "drivers/wire/make_decoder.h"
 #include "tests/unit/drivers/wire/decoder_support.h"
 
 namespace roseau::wire {
