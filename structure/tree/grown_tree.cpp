@@ -7,7 +7,8 @@
 #include <numeric>
 #include <optional>
 
-#include "core/random.h"
+#include "structure/tree/dice.h"
+#include "structure/tree/leaf_placement.h"
 #include "structure/tree/tree_check.h"
 #include "structure/tree/vector3.h"
 
@@ -15,7 +16,6 @@ namespace roseau::structure {
 
 namespace {
 
-constexpr double kGoldenAngle_rad = 2.399963229728653;  // pi (3 - sqrt 5)
 constexpr double kReferenceHeight_m = 5.5;  // step lengths and the like are given for this tree and scale with height
 constexpr double kTipRadius_m = 0.0016;
 constexpr double kShedGrowthPerMetre = 0.12;  // of the cross-section
@@ -36,18 +36,6 @@ constexpr GrowthHabit kHabits[] = {
     {0.29, 1.10, 0.22, 0.05, 0.90, 0.9},   //
     {0.27, 0.55, 0.20, 0.04, 0.85, 1.0},   //
     {0.12, 0.22, 0.20, 0.03, 0.85, 1.0},
-};
-
-/// Draws of one axis: a stream of its own, so that one branch more or less changes no other.
-class Dice {
- public:
-  Dice(std::uint64_t seed, std::uint64_t stream) : random_(seed, stream) {}
-  double uniform(double low, double high) { return random_.uniform(next_++, low, high); }
-  Vec3 ball() { return {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)}; }
-
- private:
-  RandomStream random_;
-  std::uint64_t next_ = 0;
 };
 
 enum Stream : std::uint64_t { kCrownStream = 1, kTrunkStream = 2, kLeafStream = 3, kFirstAxisStream = 16 };
@@ -103,7 +91,6 @@ class Grower {
   std::vector<double> leafiness() const;
   Result<void> set_radii(const std::vector<double>& leafiness);
   void set_leaves(const std::vector<double>& leafiness);
-  void set_leaf(std::uint32_t node, double along, std::uint32_t index, Dice& dice);
 
   const GrownTreeOptions options_;
   const Crown crown_;
@@ -178,7 +165,7 @@ void Grower::grow_axis(const Axis& axis, std::uint64_t stream) {
   for (std::uint64_t i = 0; tree_.nodes.size() < kMostNodes; ++i) {
     const double step_m = habit.step_m * size_ * dice.uniform(0.8, 1.2);
     if (i > 0 && grown_m + step_m / 2 > axis.length_m) break;
-    direction = unit(direction + habit.wobble * dice.ball() + Vec3{0, 0, habit.uprightness});
+    direction = unit(direction + habit.wobble * dice.cube() + Vec3{0, 0, habit.uprightness});
     const Vec3 next_m = tree_.nodes[top].position_m + step_m * direction;
     if (!crown_.holds(next_m)) break;
     if (i > 0) branch_off(axis, top, direction, axis.length_m - grown_m, i, dice);
@@ -245,30 +232,10 @@ Result<void> Grower::set_radii(const std::vector<double>& leafiness) {
   return {};
 }
 
-void Grower::set_leaf(std::uint32_t node, double along, std::uint32_t index, Dice& dice) {
-  const TreeNode& end = tree_.nodes[node];
-  const Vec3& start_m = tree_.nodes[static_cast<std::size_t>(end.parent)].position_m;
-  const Vec3 axis = unit(end.position_m - start_m);
-  const double turn_rad = kGoldenAngle_rad * index + dice.uniform(-0.3, 0.3);
-  const Vec3 aside = turned(perpendicular(axis, {0, 0, 1}), axis, turn_rad);
-  const Vec3 stalk = unit(aside + dice.uniform(0.3, 0.9) * axis + dice.uniform(0.0, 0.4) * Vec3{0, 0, 1}, aside);
-  const double size = dice.uniform(0.75, 1.25);
-  const double radius_m = end.start_radius_m + along * (end.end_radius_m - end.start_radius_m);
-  const Vec3 base_m = start_m + along * (end.position_m - start_m) + (radius_m + 0.45 * size * options_.leaf_length_m) * stalk;
-  // Blades hang a little and turn their upper side to the sky.
-  const Vec3 direction = unit(stalk + 0.35 * dice.ball() + Vec3{0, 0, dice.uniform(-0.75, 0.05)}, aside);
-  const Vec3 normal = perpendicular(direction, Vec3{0, 0, 1} + 0.55 * dice.ball());
-  tree_.leaves.push_back({.node = node,
-                          .base_m = base_m,
-                          .direction = direction,
-                          .normal = normal,
-                          .length_m = size * options_.leaf_length_m,
-                          .width_m = size * options_.leaf_width_m});
-}
-
 /// Exactly as many as wanted: a segment gets the leaves that the running sum of the shares passes on it.
 void Grower::set_leaves(const std::vector<double>& leafiness) {
   tree_.leaves.reserve(options_.leaf_count);
+  const LeafShape shape{options_.leaf_length_m, options_.leaf_width_m, 0.45 * options_.leaf_length_m};
   Dice dice(options_.seed, kLeafStream);
   double sum = 0;
   std::uint32_t placed = 0;
@@ -281,7 +248,10 @@ void Grower::set_leaves(const std::vector<double>& leafiness) {
     const auto until = i == last_leafy ? options_.leaf_count
                                        : std::min(options_.leaf_count, static_cast<std::uint32_t>(sum * options_.leaf_count));
     const std::uint32_t count = until - placed;
-    for (std::uint32_t k = 0; k < count; ++k) set_leaf(i, (k + dice.uniform(0.1, 0.9)) / count, placed + k, dice);
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const double along = (k + dice.uniform(0.1, 0.9)) / count;
+      tree_.leaves.push_back(place_leaf(tree_, i, along, placed + k, shape, dice));
+    }
     placed = until;
   }
 }

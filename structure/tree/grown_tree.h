@@ -23,8 +23,8 @@ struct GrownTreeOptions {
   std::uint32_t main_branch_count = 18;  // 1 .. 200
   std::uint32_t branching_orders = 3;    // 1: main branches only; 2: branches on them, too; .. 4
   std::uint32_t leaf_count = 4000;       // 0 .. 500000, exact
-  double leaf_length_m = 0.095;           // mean; single leaves differ by up to a quarter; 0.005 .. 1
-  double leaf_width_m = 0.06;           // 0.005 .. 1
+  double leaf_length_m = 0.095;          // mean; single leaves differ by up to a quarter; 0.005 .. 1
+  double leaf_width_m = 0.06;            // 0.005 .. 1
 };
 
 /// Error (invalid_argument): the option that is out of its limits.
