@@ -1,126 +1,302 @@
 #include "synthesis/wind/turbulent_wind.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <complex>
+#include <limits>
 #include <numbers>
-#include <unsupported/Eigen/FFT>
 
 #include "core/check.h"
-#include "synthesis/random.h"
-#include "synthesis/wind/spectrum.h"
+#include "core/random.h"
+#include "synthesis/wind/coherent_spectra.h"
 
 namespace roseau::synthesis {
 
 namespace {
-// 64 Hz: cubic interpolation then keeps 98 % of the amplitude at 10 Hz, the fastest a 20 Hz sonic can show.
-constexpr std::size_t kTableSize = std::size_t{1} << 18U;
-constexpr double kTableRateHz = static_cast<double>(kTableSize) / TurbulentWind::kPeriodS;
-constexpr double kHighestFrequencyHz = 16;
-constexpr double kSameStrandM = 1e-3;
-constexpr double kLowestHeightM = 0.1;  // the power law has no meaning at the ground
+constexpr std::size_t kMostStrands = 400;
+constexpr std::size_t kMostBytes = std::size_t{512} << 20U;
+constexpr double kMegabyte = 1e6;
 
-Vec3 along_from_direction(double direction_from_deg) {
-  const double from_rad = direction_from_deg * std::numbers::pi / 180;
-  return {-std::sin(from_rad), -std::cos(from_rad), 0};
+constexpr std::array kComponents{GustTables::along, GustTables::across, GustTables::up};
+
+double length_scale_m(const TurbulentWindOptions& options, GustTables::Component component) {
+  return component == GustTables::along    ? options.length_scale_m
+         : component == GustTables::across ? options.across_length_scale_m
+                                           : options.vertical_length_scale_m;
+}
+
+double lateral_of(const Vec3& point, const Vec3& along) { return point.y * along.x - point.x * along.y; }
+
+std::vector<double> laterals_of(std::span<const Vec3> points, const Vec3& along) {
+  std::vector<double> laterals;
+  for (const Vec3& point : points) laterals.push_back(lateral_of(point, along));
+  return laterals;
+}
+
+std::vector<double> heights_of(std::span<const Vec3> points) {
+  std::vector<double> heights;
+  for (const Vec3& point : points) heights.push_back(point.z);
+  return heights;
+}
+
+// A box turned into the wind is seen from there as the range of its corners.
+LatticeRange lateral_range(const WindRegion::Box& box, const Vec3& along) {
+  const double a = box.low_in_world_m.y * along.x;
+  const double b = box.high_in_world_m.y * along.x;
+  const double c = -box.low_in_world_m.x * along.y;
+  const double d = -box.high_in_world_m.x * along.y;
+  return {std::min(a, b) + std::min(c, d), std::max(a, b) + std::max(c, d)};
+}
+
+bool is_finite(const Vec3& point) { return std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.z); }
+
+Result<void> check_region(const WindRegion& region) {
+  const auto wrong = [](std::string what) { return Error{ErrorCode::invalid_argument, "wind: " + std::move(what)}; };
+  if (!region.crown && region.instruments_in_world_m.empty()) return wrong("no place is given where it is wanted");
+  if (!std::ranges::all_of(region.instruments_in_world_m, is_finite)) return wrong("an instrument's place is not a number");
+  if (!region.crown) return {};
+  const Vec3& low = region.crown->low_in_world_m;
+  const Vec3& high = region.crown->high_in_world_m;
+  if (!is_finite(low) || !is_finite(high) || low.x > high.x || low.y > high.y || low.z > high.z) {
+    return wrong("the box of the crown has no inside");
+  }
+  return {};
+}
+
+// Before any line is made: a spacing of micrometres must not cost the memory that it is refused for.
+double lines_over(const LatticeRange& range, std::size_t exact, double spacing_m) {
+  return (range.high_m - range.low_m) / spacing_m + 2 * static_cast<double>(exact) + 2;
 }
 }  // namespace
 
+MeanProfileOptions profile_of(const TurbulentWindOptions& options) {
+  return {.shape = options.profile,
+          .reference_height_m = options.reference_height_m,
+          .exponent = options.profile_exponent,
+          .roughness_length_m = options.roughness_length_m,
+          .displacement_height_m = options.displacement_height_m};
+}
+
+double gust_sd_mps(const TurbulentWindOptions& options, GustTables::Component component) {
+  const double ratio = component == GustTables::along    ? 1
+                       : component == GustTables::across ? options.across_sd_ratio
+                                                         : options.vertical_sd_ratio;
+  return options.turbulence_intensity * options.mean_speed_mps * ratio;
+}
+
+double gust_spectrum(const TurbulentWindOptions& options, GustTables::Component component, double frequency_hz) {
+  const auto spectrum = options.spectrum == TurbulenceSpectrum::kaimal ? kaimal
+                        : component == GustTables::along               ? von_karman_along
+                                                                       : von_karman_across;
+  return spectrum(frequency_hz, options.mean_speed_mps, gust_sd_mps(options, component), length_scale_m(options, component));
+}
+
+DavenportCoherence gust_coherence(const TurbulentWindOptions& options, GustTables::Component component) {
+  return {.mean_speed_mps = options.mean_speed_mps,
+          .lateral_decay = options.lateral_decay,
+          .vertical_decay = options.vertical_decay,
+          .length_scale_m = length_scale_m(options, component)};
+}
+
+Result<std::shared_ptr<const TurbulentWind>> TurbulentWind::make(const TurbulentWindOptions& options, std::uint64_t seed,
+                                                                 const WindRegion& region) {
+  if (auto checked = check_region(region); !checked) return checked.error();
+  const Vec3 along = towards_from_direction(options.direction_from_deg);
+  std::optional<LatticeRange> lateral;
+  std::optional<LatticeRange> vertical;
+  const std::size_t exact = region.instruments_in_world_m.size();
+  double most_strands = static_cast<double>(exact) * static_cast<double>(exact);
+  if (region.crown) {
+    lateral = lateral_range(*region.crown, along);
+    vertical = LatticeRange{region.crown->low_in_world_m.z, region.crown->high_in_world_m.z};
+    most_strands =
+        lines_over(*lateral, exact, options.strand_spacing_m) * lines_over(*vertical, exact, options.strand_spacing_m);
+  }
+  const auto too_large = [&](double strands, double bytes) {
+    return Error{ErrorCode::invalid_argument,
+                 fmt::format("wind: {:.0f} strands of {} s would take {:.0f} MB (at most {} strands and {:.0f} MB): make "
+                             "strand_spacing_m larger, period_s shorter, or the crown smaller",
+                             strands, options.period_s, bytes / kMegabyte, kMostStrands, kMostBytes / kMegabyte)};
+  };
+  const auto table_bytes = static_cast<double>(GustTables::bytes_per_table(options.period_s));
+  if (most_strands > 10 * kMostStrands) return too_large(most_strands, most_strands * table_bytes);
+
+  LatticeAxis lateral_axis(laterals_of(region.instruments_in_world_m, along), lateral, options.strand_spacing_m);
+  LatticeAxis vertical_axis(heights_of(region.instruments_in_world_m), vertical, options.strand_spacing_m);
+  const std::size_t strands = lateral_axis.size() * vertical_axis.size();
+  const std::size_t fillers = (lateral_axis.widths_m().size() + 1) * (vertical_axis.widths_m().size() + 1) - 1;
+  const double bytes = static_cast<double>(strands + fillers) * table_bytes;
+  if (strands > kMostStrands || bytes > static_cast<double>(kMostBytes)) return too_large(static_cast<double>(strands), bytes);
+  return std::shared_ptr<const TurbulentWind>(
+      new TurbulentWind(options, seed, std::move(lateral_axis), std::move(vertical_axis)));
+}
+
 TurbulentWind::TurbulentWind(const TurbulentWindOptions& options, std::uint64_t seed, std::span<const Vec3> points_in_world)
-    : options_(options), along_(along_from_direction(options.direction_from_deg)) {
-  ROSEAU_CHECK(options.mean_speed_mps > 0 && !points_in_world.empty());
-  std::vector<double> laterals;
-  for (const Vec3& point : points_in_world) laterals.push_back(lateral_m(point));
-  std::ranges::sort(laterals);
-  for (const double lateral : laterals) {
-    if (!strands_.empty() && lateral - strands_.back().lateral_m < kSameStrandM) continue;
-    strands_.push_back({lateral, std::vector<Gust>(kTableSize)});
-  }
-  make_component(&Gust::along, scatter_bits(seed));
-  make_component(&Gust::across, scatter_bits(seed + 1));
-  make_component(&Gust::up, scatter_bits(seed + 2));
+    : TurbulentWind(options, seed,
+                    LatticeAxis(laterals_of(points_in_world, towards_from_direction(options.direction_from_deg)), {},
+                                options.strand_spacing_m),
+                    LatticeAxis(heights_of(points_in_world), {}, options.strand_spacing_m)) {}
+
+TurbulentWind::TurbulentWind(const TurbulentWindOptions& options, std::uint64_t seed, LatticeAxis lateral, LatticeAxis vertical)
+    : options_(options),
+      along_(towards_from_direction(options.direction_from_deg)),
+      profile_(profile_of(options)),
+      lateral_(std::move(lateral)),
+      vertical_(std::move(vertical)),
+      steps_per_m_(kGustRateHz / options.mean_speed_mps) {
+  ROSEAU_CHECK(options.mean_speed_mps > 0);
+  if (options.turbulence_intensity > 0) make_gusts(seed);
 }
 
-// Each harmonic of the period has a Gaussian complex amplitude. Over the strands, in lateral order, it is a first-order
-// Markov chain: that has exactly the exponential coherence wanted between any two strands, at one new number per strand.
-void TurbulentWind::make_component(float Gust::*component, std::uint64_t seed) {
-  const bool is_along = component == &Gust::along;
-  const double ratio = is_along ? 1 : component == &Gust::across ? options_.across_sd_ratio : options_.vertical_sd_ratio;
-  const double sd_mps = options_.turbulence_intensity * options_.mean_speed_mps * ratio;
-  const double length_m = is_along ? options_.length_scale_m : options_.across_length_scale_m;
-  const auto spectrum = is_along ? von_karman_along : von_karman_across;
-  const double slowest_hz = 0.1 * options_.mean_speed_mps / length_m;
-
-  const auto harmonics = static_cast<std::size_t>(kHighestFrequencyHz * kPeriodS);
-  std::vector<std::complex<double>> chain(harmonics + 1);
-  std::vector<std::complex<double>> half_spectrum(kTableSize / 2 + 1);
-  std::vector<double> series(kTableSize);
-  Eigen::FFT<double> fft;
-  fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
-
-  for (std::size_t j = 0; j < strands_.size(); ++j) {
-    const RandomStream random(seed, j);
-    const double distance_m = j == 0 ? 0 : strands_[j].lateral_m - strands_[j - 1].lateral_m;
-    for (std::size_t k = 1; k <= harmonics; ++k) {
-      const double frequency_hz = static_cast<double>(k) / kPeriodS;
-      const std::complex<double> fresh(random.normal(2 * k), random.normal(2 * k + 1));
-      const double decay_per_m = options_.lateral_decay * std::hypot(frequency_hz, slowest_hz) / options_.mean_speed_mps;
-      const double coherence = j == 0 ? 0 : std::exp(-decay_per_m * distance_m);
-      chain[k] = coherence * chain[k] + std::sqrt(1 - coherence * coherence) * fresh;
-      const double power = spectrum(frequency_hz, options_.mean_speed_mps, sd_mps, length_m) / kPeriodS;
-      // a cos + b sin with variances `power` each; the inverse transform divides by the size.
-      half_spectrum[k] = chain[k] * std::sqrt(power) * (0.5 * static_cast<double>(kTableSize));
+void TurbulentWind::make_gusts(std::uint64_t seed) {
+  std::vector<Vec2> places;
+  for (const double height_m : vertical_.lines_m()) {
+    for (const double lateral_m : lateral_.lines_m()) places.push_back({lateral_m, height_m});
+  }
+  const std::vector<std::pair<double, double>> losses = place_fillers();
+  tables_.emplace(places.size() + losses.size(), options_.period_s,
+                  std::array{gust_sd_mps(options_, GustTables::along), gust_sd_mps(options_, GustTables::across),
+                             gust_sd_mps(options_, GustTables::up)});
+  table_size_ = static_cast<double>(tables_->size());
+  per_table_ = 1 / table_size_;
+  const double period_s = tables_->period_s();
+  for (const GustTables::Component component : kComponents) {
+    const DavenportCoherence coherence = gust_coherence(options_, component);
+    std::vector<float> amplitude(tables_->harmonics());
+    for (std::size_t k = 0; k < amplitude.size(); ++k) {
+      const double power = gust_spectrum(options_, component, static_cast<double>(k + 1) / period_s) / period_s;
+      amplitude[k] = static_cast<float>(std::sqrt(power));
     }
-    fft.inv(series, half_spectrum, static_cast<Eigen::Index>(kTableSize));
-    for (std::size_t i = 0; i < kTableSize; ++i) strands_[j].gusts[i].*component = static_cast<float>(series[i]);
+    const std::uint64_t its_seed = scatter_bits(seed + component);
+    tables_->make(component, 0, coherent_amplitudes(places, coherence, amplitude, period_s, its_seed));
+    for (std::size_t i = 0; i < losses.size(); ++i) {
+      const double separation_s = coherence.separation_s(losses[i].first, losses[i].second);
+      const std::size_t row = places.size() + i;
+      tables_->make(component, row, lost_amplitudes(separation_s, coherence, amplitude, period_s, its_seed, row));
+    }
   }
 }
 
-// Catmull-Rom through the four nearest table entries.
-Vec3 TurbulentWind::gust_at(const Strand& strand, double table_position) {
-  const double whole = std::floor(table_position);
-  const double s = table_position - whole;
-  const auto first = static_cast<std::size_t>(static_cast<std::int64_t>(whole) - 1);
-  const double weights[4] = {s * (-0.5 + s * (1 - 0.5 * s)), 1 + s * s * (-2.5 + 1.5 * s), s * (0.5 + s * (2 - 1.5 * s)),
-                             s * s * (-0.5 + 0.5 * s)};
-  Vec3 gust;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const Gust& entry = strand.gusts[(first + i) % kTableSize];
-    gust.x += weights[i] * static_cast<double>(entry.along);
-    gust.y += weights[i] * static_cast<double>(entry.across);
-    gust.z += weights[i] * static_cast<double>(entry.up);
+// One table for each different distance between neighbours (lateral, vertical, diagonal: returned), shared by all edges and
+// cells of that size, which read it at times of their own, spread evenly by the golden section.
+std::vector<std::pair<double, double>> TurbulentWind::place_fillers() {
+  std::vector<std::pair<double, double>> losses;
+  for (const double lateral_m : lateral_.widths_m()) losses.emplace_back(lateral_m, 0);
+  for (const double vertical_m : vertical_.widths_m()) losses.emplace_back(0, vertical_m);
+  for (const double vertical_m : vertical_.widths_m()) {
+    for (const double lateral_m : lateral_.widths_m()) losses.emplace_back(lateral_m, vertical_m);
   }
-  return gust;
+  const std::size_t size = GustTables::size_for(options_.period_s);
+  std::size_t placed = 0;
+  const auto filler = [&](std::size_t loss) {
+    const double turns = static_cast<double>(++placed) * (std::numbers::phi - 1);
+    const auto offset = static_cast<std::size_t>((turns - std::floor(turns)) * static_cast<double>(size)) % size;
+    return Filler{static_cast<std::uint32_t>(strands() + loss), static_cast<std::int32_t>(offset)};
+  };
+  const std::size_t laterals = lateral_.widths_m().size();
+  const std::size_t verticals = vertical_.widths_m().size();
+  right_.resize(strands());
+  upward_.resize(strands());
+  inside_.resize(strands());
+  for (std::size_t row = 0; row < vertical_.size(); ++row) {
+    for (std::size_t column = 0; column < lateral_.size(); ++column) {
+      const std::size_t strand = row * lateral_.size() + column;
+      const bool has_right = column + 1 < lateral_.size();
+      const bool has_up = row + 1 < vertical_.size();
+      if (has_right) right_[strand] = filler(lateral_.width_index(column));
+      if (has_up) upward_[strand] = filler(laterals + vertical_.width_index(row));
+      if (has_right && has_up) {
+        inside_[strand] = filler(laterals + verticals + vertical_.width_index(row) * laterals + lateral_.width_index(column));
+      }
+    }
+  }
+  return losses;
+}
+
+// See the header. With the weights of a bilinear mean the loss splits into one part along each edge, fading towards the
+// opposite edge, and one for the diagonals, which is zero on all edges.
+void TurbulentWind::read_gusts(const Vec3& point, double start_position, GustReading& reading) const {
+  double position = start_position - (point.x * along_.x + point.y * along_.y) * steps_per_m_;
+  position -= table_size_ * std::floor(position * per_table_);
+  position += 0 * point.z;
+  const bool is_inside = position >= 0 && position <= table_size_;  // else it is no number, or too large to have a fraction
+  const auto entry = is_inside ? static_cast<std::int32_t>(position) : 0;
+  const LatticeAxis::Place lateral = lateral_.locate(lateral_of(point, along_));
+  const LatticeAxis::Place vertical = vertical_.locate(point.z);
+  const auto columns = static_cast<std::uint32_t>(lateral_.size());
+  const std::uint32_t strand = vertical.line * columns + lateral.line;
+  const std::uint32_t above = strand + columns;
+  const float s = lateral.share;
+  const float t = vertical.share;
+  const float between_s = std::sqrt(2 * s * (1 - s));
+  const float between_t = std::sqrt(2 * t * (1 - t));
+
+  reading.terms = 0;
+  const double fraction = is_inside ? position - static_cast<double>(entry) : std::numeric_limits<double>::quiet_NaN();
+  reading.weights = cubic_weights(static_cast<float>(fraction));
+  const auto take = [&](std::uint32_t table, float share) { reading.add(tables_->entries(table, entry), share); };
+  const auto fill = [&](const Filler& filler, float share) {
+    const std::int32_t later = entry + filler.offset;
+    const auto size = static_cast<std::int32_t>(tables_->size());
+    reading.add(tables_->entries(filler.table, later < size ? later : later - size), share);
+  };
+  take(strand, (1 - s) * (1 - t));
+  if (s > 0) {
+    take(strand + 1, s * (1 - t));
+    fill(right_[strand], between_s * (1 - t));
+  }
+  if (t > 0) {
+    take(above, (1 - s) * t);
+    fill(upward_[strand], between_t * (1 - s));
+  }
+  if (s > 0 && t > 0) {
+    take(above + 1, s * t);
+    fill(right_[above], between_s * t);
+    fill(upward_[strand + 1], between_t * s);
+    fill(inside_[strand], between_s * between_t);
+  }
+}
+
+Vec3 TurbulentWind::mean_mps(double height_m) const {
+  const double speed_mps = options_.mean_speed_mps * profile_.ratio(height_m);
+  return {speed_mps * along_.x, speed_mps * along_.y, 0};
+}
+
+Vec3 TurbulentWind::velocity(const Vec3& point, const std::array<float, 4>& counts) const {
+  const std::array<float, 4>& to_mps = tables_->to_mps();
+  const double along_mps =
+      options_.mean_speed_mps * profile_.ratio(point.z) + static_cast<double>(counts[GustTables::along] * to_mps[0]);
+  const auto across_mps = static_cast<double>(counts[GustTables::across] * to_mps[1]);
+  const auto up_mps = static_cast<double>(counts[GustTables::up] * to_mps[2]);
+  return {along_mps * along_.x - across_mps * along_.y, along_mps * along_.y + across_mps * along_.x, up_mps};
 }
 
 Vec3 TurbulentWind::velocity_mps(const Vec3& point_in_world, double time_s) const {
-  const double along_m = point_in_world.x * along_.x + point_in_world.y * along_.y;
-  const double table_position = std::fmod(time_s - along_m / options_.mean_speed_mps, kPeriodS) * kTableRateHz;
+  Vec3 velocity;
+  velocities_mps({&point_in_world, 1}, time_s, {&velocity, 1});
+  return velocity;
+}
 
-  const double lateral = lateral_m(point_in_world);
-  const auto right = std::ranges::upper_bound(strands_, lateral, {}, &Strand::lateral_m);
-  Vec3 gust;
-  if (right == strands_.begin()) {
-    gust = gust_at(strands_.front(), table_position);
-  } else if (right == strands_.end()) {
-    gust = gust_at(strands_.back(), table_position);
-  } else {
-    const Strand& left = *std::prev(right);
-    const double share = (lateral - left.lateral_m) / (right->lateral_m - left.lateral_m);
-    gust = gust_at(left, table_position);
-    if (share > 1e-6) {
-      const Vec3 other = gust_at(*right, table_position);
-      gust = {gust.x + share * (other.x - gust.x), gust.y + share * (other.y - gust.y), gust.z + share * (other.z - gust.z)};
-    }
+void TurbulentWind::velocities_mps(std::span<const Vec3> points_in_world, double time_s, std::span<Vec3> out) const {
+  ROSEAU_CHECK(out.size() == points_in_world.size());
+  if (!tables_) {
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = mean_mps(points_in_world[i].z);
+    return;
   }
-
-  const double height_m = std::max(point_in_world.z, kLowestHeightM);
-  const double mean_mps =
-      options_.profile_exponent == 0
-          ? options_.mean_speed_mps
-          : options_.mean_speed_mps * std::pow(height_m / options_.reference_height_m, options_.profile_exponent);
-  const double along_mps = mean_mps + gust.x;
-  return {along_mps * along_.x - gust.y * along_.y, along_mps * along_.y + gust.y * along_.x, gust.z};
+  const double start = std::fmod(time_s, tables_->period_s()) * kGustRateHz;
+  // In blocks: all places of one are found, and on their way into the processor, before the first is summed.
+  constexpr std::size_t kBlock = 16;
+  std::array<GustReading, kBlock> readings;
+  std::array<std::array<float, 4>, kBlock> sums;
+  for (std::size_t first = 0; first < out.size(); first += kBlock) {
+    const std::size_t count = std::min(kBlock, out.size() - first);
+    for (std::size_t i = 0; i < count; ++i) {
+      read_gusts(points_in_world[first + i], start, readings[i]);
+    }
+    sum_gusts(std::span(readings).first(count), std::span(sums).first(count));
+    for (std::size_t i = 0; i < count; ++i) out[first + i] = velocity(points_in_world[first + i], sums[i]);
+  }
 }
 
 }  // namespace roseau::synthesis
