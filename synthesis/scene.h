@@ -16,17 +16,11 @@
 #include "core/geometry.h"
 #include "core/result.h"
 #include "core/sample.h"
+#include "synthesis/instruments/device_timing.h"
+#include "synthesis/instruments/sonic.h"
 #include "synthesis/wind/turbulent_wind.h"
 
 namespace roseau::synthesis {
-
-/// How a device's own clock and its way to the host behave.
-struct DeviceTiming {
-  double frequency_offset_ppm = 0;  // the device's clock is fast: it samples that much more often than it says
-  double start_offset_s = 0;        // its first sample comes this long after the scene's start
-  double latency_s = 0;             // from the sample time to the arrival at the host, at least
-  double jitter_s = 0;              // mean of the random (exponential) delay on top of that
-};
 
 struct BranchScene {
   double natural_frequency_hz = 1.2;  // undamped
@@ -52,17 +46,7 @@ struct CameraScene {
   DeviceTiming timing{.latency_s = 0.012, .jitter_s = 0.001};
 };
 
-struct SonicScene {
-  Vec3 position_in_world_m{1.35, 0.1, 2.6};
-  double north_offset_deg = 0;  // azimuth that the head's north mark points to, clockwise from true north
-  double rate_hz = 20;          // one of the instrument's: 1, 2, 4, 5, 8, 10, 16, 20, 32
-  double baud = 38400;          // 8N1
-  double noise_mps = 0.02;      // standard deviation per component
-  double air_temperature_celsius = 15;
-  double temperature_noise_celsius = 0.02;
-  double split_probability = 0.15;                             // that a record arrives in two pieces
-  DeviceTiming timing{.latency_s = 0.05, .jitter_s = 0.0005};  // 0.05: one period of its internal sampling, as the real one
-};
+using SonicScene = SonicOptions;
 
 struct TruthScene {
   bool enabled = true;

@@ -6,8 +6,8 @@
 #include <thread>
 #include <utility>
 
+#include "synthesis/instruments/sonic.h"
 #include "synthesis/rig/simulated_camera.h"
-#include "synthesis/rig/simulated_sonic.h"
 #include "synthesis/rig/simulated_truth.h"
 #include "synthesis/rig/world.h"
 
@@ -23,7 +23,8 @@ using Devices = std::vector<std::unique_ptr<SimulatedDevice>>;
 Devices make_devices(const std::shared_ptr<const World>& world) {
   Devices devices;
   for (std::size_t i = 0; i < world->scene.cameras.size(); ++i) devices.push_back(std::make_unique<SimulatedCamera>(world, i));
-  devices.push_back(std::make_unique<SimulatedSonic>(world));
+  devices.push_back(
+      make_sonic_device(std::make_shared<Sonic>("sonic", world->scene.sonic, world->scene.seed, world), world->scene.seed));
   if (world->scene.truth.enabled) devices.push_back(std::make_unique<SimulatedTruth>(world));
   return devices;
 }
@@ -41,12 +42,15 @@ class LiveSource final : public SampleSource {
 
   Result<void> open(StreamTable& streams) override {
     device_->declare(streams);
-    device_->lose_before(pacing_.now() - start_);
+    const Duration now = pacing_.now() - start_;
+    if (auto fault = device_->fault_at(now)) return *fault;
+    device_->connect_at(now);
     return {};
   }
 
   Result<ReadStatus> read(SampleSink& sink, std::chrono::milliseconds timeout) override {
     Duration now = pacing_.now() - start_;
+    if (auto fault = device_->fault_at(now)) return *fault;
     if (now - device_->next().complete > kPatience) device_->lose_before(now);
     if (const Duration left = device_->next().complete - now; left > Duration{0}) {
       pacing_.wait(std::min<Duration>(left, timeout));

@@ -9,12 +9,6 @@
 namespace roseau::synthesis {
 
 namespace {
-// Warm air rises: how much warmer an upward gust of 1 m/s is.
-constexpr double kCelsiusPerMpsUp = 0.15;
-
-// Speed of sound from sonic temperature, c^2 = 402.684 T, as NCAR NIDAS has it for sonics.
-double speed_of_sound_mps(double temperature_celsius) { return std::sqrt(402.684 * (temperature_celsius + 273.15)); }
-
 std::shared_ptr<const TurbulentWind> make_wind(const Scene& scene, const Vec3& drag_point) {
   return std::make_shared<TurbulentWind>(scene.wind, scene.seed, std::array{drag_point, scene.sonic.position_in_world_m});
 }
@@ -43,8 +37,8 @@ WindSample World::wind_in_sonic_axes(const Vec3& point_in_world, double time_s) 
   sample.u_mps = horizontal.x;
   sample.v_mps = horizontal.y;
   sample.w_mps = air.z;
-  sample.sonic_temperature_celsius = scene.sonic.air_temperature_celsius + kCelsiusPerMpsUp * air.z;
-  sample.speed_of_sound_mps = speed_of_sound_mps(sample.sonic_temperature_celsius);
+  sample.sonic_temperature_celsius = air_temperature_celsius(scene.sonic, air.z);
+  sample.speed_of_sound_mps = synthesis::speed_of_sound_mps(sample.sonic_temperature_celsius);
   return sample;
 }
 

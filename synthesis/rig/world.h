@@ -3,14 +3,21 @@
 
 #include <memory>
 
+#include "synthesis/instruments/surroundings.h"
 #include "synthesis/oscillator/branch_motion.h"
 #include "synthesis/scene.h"
 #include "synthesis/wind/turbulent_wind.h"
 
 namespace roseau::synthesis {
 
-struct World {
+struct World : Surroundings {
   explicit World(const Scene& its_scene);
+
+  Vec3 wind_mps(const Vec3& point_in_world_m, double time_s) const override {
+    return wind->velocity_mps(point_in_world_m, time_s);
+  }
+  /// There are no stations in this world: all are at its origin.
+  StationPlace station_place(std::size_t, double) const override { return {}; }
 
   Scene scene;
   Vec3 drag_point;  // where the wind moves the branch: the middle of its leafy top
