@@ -31,8 +31,8 @@ ExactStepper::ExactStepper(const ModalModel& model, double step_s, const Eigen::
   position_.resize(damping.size(), 4);
   velocity_.resize(damping.size(), 4);
   for (Eigen::Index i = 0; i < damping.size(); ++i) {
-    const OscillatorStep step = exact_oscillator_step(model.stiffness_per_s2()[i], damping[i], step_s);
-    const auto row = [m = model.modal_mass()](const OscillatorStep::Row& r) {
+    const ExactOscillatorStep step = exact_oscillator_step(model.stiffness_per_s2()[i], damping[i], step_s);
+    const auto row = [m = model.modal_mass()](const ExactOscillatorStep::Row& r) {
       return Eigen::Array<double, 1, 4>(r.position, r.velocity, r.begin_force / m, r.end_force / m);
     };
     position_.row(i) = row(step.position);

@@ -80,7 +80,7 @@ Response respond(double g, double w) {
 
 }  // namespace
 
-OscillatorStep exact_oscillator_step(double stiffness_per_s2, double damping_per_s, double step_s) {
+ExactOscillatorStep exact_oscillator_step(double stiffness_per_s2, double damping_per_s, double step_s) {
   const double w = stiffness_per_s2 * step_s * step_s;
   const Response r = respond(damping_per_s * step_s, w);
   const double square = step_s * step_s;

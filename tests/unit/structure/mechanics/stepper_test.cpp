@@ -117,7 +117,7 @@ constexpr GoldenStep kGolden[] = {
 
 TEST(OscillatorStep, AgreesWithSixtyDigits) {
   for (const GoldenStep& golden : kGolden) {
-    const OscillatorStep step = exact_oscillator_step(golden.stiffness_per_s2, golden.damping_per_s, golden.step_s);
+    const ExactOscillatorStep step = exact_oscillator_step(golden.stiffness_per_s2, golden.damping_per_s, golden.step_s);
     const double found[] = {step.position.position, step.position.velocity, step.position.begin_force, step.position.end_force,
                             step.velocity.position, step.velocity.velocity, step.velocity.begin_force, step.velocity.end_force};
     for (int i = 0; i < 8; ++i) {
@@ -132,8 +132,8 @@ TEST(OscillatorStep, AgreesWithSixtyDigits) {
 TEST(OscillatorStep, OneLongStepEqualsManyShortOnes) {
   // Composition holds only if position, velocity and force terms all fit together.
   for (const double damping : {0.0, 0.3, 12.0, 80.0}) {
-    const OscillatorStep whole = exact_oscillator_step(36, damping, 0.7);
-    const OscillatorStep part = exact_oscillator_step(36, damping, 0.07);
+    const ExactOscillatorStep whole = exact_oscillator_step(36, damping, 0.7);
+    const ExactOscillatorStep part = exact_oscillator_step(36, damping, 0.07);
     double x = 0.4;
     double v = -1.1;
     const double expected_x = whole.position.position * x + whole.position.velocity * v + whole.position.begin_force * 2 +
