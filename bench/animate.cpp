@@ -146,7 +146,8 @@ std::vector<structure::TreeInstance> stand(std::size_t count) {
   const auto side = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(count))));
   for (std::size_t k = 0; k < count; ++k) {
     const double half_turn = 0.37 * static_cast<double>(k);
-    trees[k] = {.position_in_world_m = {5 * static_cast<double>(k % side), 5 * static_cast<double>(k / side), 0},
+    const std::size_t row = k / side;
+    trees[k] = {.position_in_world_m = {5 * static_cast<double>(k % side), 5 * static_cast<double>(row), 0},
                 .world_from_tree = {std::cos(half_turn), 0, 0, std::sin(half_turn)}};
   }
   return trees;

@@ -13,7 +13,7 @@
 #include "structure/animation/aligned_floats.h"
 #include "structure/animation/forest_kernels.h"
 #include "structure/animation/frame_team.h"
-#include "structure/animation/oscillator_step.h"
+#include "structure/mechanics/oscillator_step.h"
 
 namespace roseau::structure {
 
@@ -58,7 +58,7 @@ Result<void> check_correction(const ModalBasis& basis, const LargeAmplitudeCorre
   return {};
 }
 
-Result<void> check_instances(const std::vector<TreeInstance>& instances) {
+Result<void> check_instances(std::span<const TreeInstance> instances) {
   if (instances.empty()) return invalid("it has no tree; give at least one instance");
   for (std::size_t k = 0; k < instances.size(); ++k) {
     const auto& [p, r] = instances[k];
@@ -90,12 +90,12 @@ struct Forest::State {
     AlignedFloats functions;
   };
 
-  State(const ModalBasis& basis, const LargeAmplitudeCorrection* correction, std::vector<TreeInstance> instances,
+  State(const ModalBasis& basis, const LargeAmplitudeCorrection* correction, std::span<const TreeInstance> instances,
         unsigned threads);
 
   void lay_out_tiles(unsigned threads);
   void pack_shapes(const Eigen::MatrixXd* const* parts, std::size_t part_count);
-  void place(const std::vector<TreeInstance>& instances);
+  void place(std::span<const TreeInstance> instances);
   void set_dynamics(const ModalBasis& basis);
   void set_step(double step_s);
   void set_equilibrium();
@@ -142,8 +142,8 @@ struct Forest::State {
   std::unique_ptr<FrameTeam> team;  // the last: its threads use all of the above
 };
 
-Forest::State::State(const ModalBasis& basis, const LargeAmplitudeCorrection* correction, std::vector<TreeInstance> instances,
-                     unsigned threads)
+Forest::State::State(const ModalBasis& basis, const LargeAmplitudeCorrection* correction,
+                     std::span<const TreeInstance> instances, unsigned threads)
     : instance_count(instances.size()),
       node_count(basis.node_count()),
       mode_count(basis.mode_count()),
@@ -215,7 +215,7 @@ void Forest::State::pack_shapes(const Eigen::MatrixXd* const* parts, std::size_t
   }
 }
 
-void Forest::State::place(const std::vector<TreeInstance>& instances) {
+void Forest::State::place(std::span<const TreeInstance> instances) {
   points.reserve(instance_count);
   for (std::size_t k = 0; k < instance_count; ++k) {
     points.push_back(instances[k].position_in_world_m);
@@ -244,16 +244,18 @@ void Forest::State::set_step(double step_s) {
   if (step_s == prepared_step_s) return;
   for (std::size_t i = 0; i < mode_count; ++i) {
     const auto mode = static_cast<Eigen::Index>(i);
-    const auto exact = oscillator_step(natural_frequency_hz[mode], damping_coefficient_per_s[mode], step_s);
+    const double omega = 2 * std::numbers::pi * natural_frequency_hz[mode];
+    const auto exact = exact_oscillator_step(omega * omega, damping_coefficient_per_s[mode], step_s);
     ModeStep& step = steps[i];
-    step.q_less_one_from_q = static_cast<float>(exact.q_less_one_from_q);
-    step.q_from_rate = static_cast<float>(exact.q_from_rate);
-    step.rate_from_q = static_cast<float>(exact.rate_from_q);
-    step.rate_less_one_from_rate = static_cast<float>(exact.rate_less_one_from_rate);
-    set_products(step.q_from_start, exact.q_from_start_force, wind_projection.col(mode));
-    set_products(step.q_from_end, exact.q_from_end_force, wind_projection.col(mode));
-    set_products(step.rate_from_start, exact.rate_from_start_force, wind_projection.col(mode));
-    set_products(step.rate_from_end, exact.rate_from_end_force, wind_projection.col(mode));
+    // The unit part is split off: in single precision it would round away what a short step changes.
+    step.q_less_one_from_q = static_cast<float>(exact.position.position - 1);
+    step.q_from_rate = static_cast<float>(exact.position.velocity);
+    step.rate_from_q = static_cast<float>(exact.velocity.position);
+    step.rate_less_one_from_rate = static_cast<float>(exact.velocity.velocity - 1);
+    set_products(step.q_from_start, exact.position.begin_force, wind_projection.col(mode));
+    set_products(step.q_from_end, exact.position.end_force, wind_projection.col(mode));
+    set_products(step.rate_from_start, exact.velocity.begin_force, wind_projection.col(mode));
+    set_products(step.rate_from_end, exact.velocity.end_force, wind_projection.col(mode));
   }
   prepared_step_s = step_s;
 }
@@ -340,25 +342,25 @@ Forest::Forest(Forest&&) noexcept = default;
 Forest& Forest::operator=(Forest&&) noexcept = default;
 Forest::~Forest() = default;
 
-Result<Forest> Forest::make(const ModalBasis& basis, std::vector<TreeInstance> instances, const ForestOptions& options) {
-  return make(basis, nullptr, std::move(instances), options);
+Result<Forest> Forest::make(const ModalBasis& basis, std::span<const TreeInstance> instances, const ForestOptions& options) {
+  return make(basis, nullptr, instances, options);
 }
 
 Result<Forest> Forest::make(const ModalBasis& basis, const LargeAmplitudeCorrection& correction,
-                            std::vector<TreeInstance> instances, const ForestOptions& options) {
+                            std::span<const TreeInstance> instances, const ForestOptions& options) {
   if (auto checked = check_correction(basis, correction); !checked) return checked.error();
-  return make(basis, &correction, std::move(instances), options);
+  return make(basis, &correction, instances, options);
 }
 
 Result<Forest> Forest::make(const ModalBasis& basis, const LargeAmplitudeCorrection* correction,
-                            std::vector<TreeInstance> instances, const ForestOptions& options) {
+                            std::span<const TreeInstance> instances, const ForestOptions& options) {
   if (auto checked = check(basis); !checked) return checked.error();
   if (auto checked = check_instances(instances); !checked) return checked.error();
   const auto room = check_memory(static_cast<double>(instances.size()), static_cast<double>(basis.node_count()),
                                  static_cast<double>(basis.mode_count()), options);
   if (!room) return room.error();
   try {
-    return Forest(std::make_unique<State>(basis, correction, std::move(instances), options.threads));
+    return Forest(std::make_unique<State>(basis, correction, instances, options.threads));
   } catch (const std::exception& failure) {  // no memory or no thread to be had
     return Error{ErrorCode::no_space, fmt::format("forest: {}", failure.what())};
   }

@@ -35,10 +35,11 @@ class Forest {
  public:
   /// Trees at rest in still air. Refused: a basis that does not pass check(), no instance, a rotation that is not one, more
   /// memory than the limit (the message says how much).
-  static Result<Forest> make(const ModalBasis& basis, std::vector<TreeInstance> instances, const ForestOptions& options = {});
+  static Result<Forest> make(const ModalBasis& basis, std::span<const TreeInstance> instances,
+                             const ForestOptions& options = {});
   /// With the large-amplitude correction, made for the same shapes.
   static Result<Forest> make(const ModalBasis& basis, const LargeAmplitudeCorrection& correction,
-                             std::vector<TreeInstance> instances, const ForestOptions& options = {});
+                             std::span<const TreeInstance> instances, const ForestOptions& options = {});
   Forest(Forest&&) noexcept;
   Forest& operator=(Forest&&) noexcept;
   ~Forest();
@@ -74,7 +75,7 @@ class Forest {
   struct State;
   explicit Forest(std::unique_ptr<State> state);
   static Result<Forest> make(const ModalBasis& basis, const LargeAmplitudeCorrection* correction,
-                             std::vector<TreeInstance> instances, const ForestOptions& options);
+                             std::span<const TreeInstance> instances, const ForestOptions& options);
   std::unique_ptr<State> state_;
 };
 

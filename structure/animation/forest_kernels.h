@@ -17,8 +17,8 @@ inline constexpr std::size_t kPanelRows = 96;
 /// Panels' rows come in multiples of this.
 inline constexpr std::size_t kRowStep = 16;
 
-/// What one mode needs for a step: oscillator_step's coefficients, those of the force already multiplied by the mode's wind
-/// projection, and 1 / (curvature of the correction), see large_amplitude.h.
+/// What one mode needs for a step: the coefficients of mechanics' exact_oscillator_step, those of the force already multiplied
+/// by the mode's wind projection, and b of the correction, see large_amplitude.h.
 struct ModeStep {
   float q_less_one_from_q;
   float q_from_rate;
