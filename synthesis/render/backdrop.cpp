@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
+#include <span>
 
 namespace roseau::render {
 
@@ -11,7 +13,7 @@ namespace {
 
 // Rays are unprojected on a grid and interpolated between: lens distortion bends them by less than 1e-5 within a cell.
 constexpr int kGrid = 8;
-constexpr double kCloudStep_s = 0.1;  // clouds are redrawn that often: they move by less than a pixel
+constexpr double kCloudStep_s = 0.2;  // clouds are redrawn that often: they move by about a pixel
 
 class RayGrid {
  public:
@@ -63,6 +65,7 @@ Backdrop::Backdrop(const VisibleScene& scene, const calib::Projection& projectio
     for (std::size_t i = 0; i < still_.steps.size(); ++i) still_.steps[i] = to_steps(plain.at(i % channels));
   }
   now_ = still_;
+  cloud_steps_.fill(std::numeric_limits<std::int64_t>::min());
 }
 
 void Backdrop::paint_landscape(const calib::Projection& projection, const InkMaker& ink) {
@@ -86,22 +89,31 @@ void Backdrop::paint_pixel(int x, int y, const Vec3& ray, const calib::CameraMod
     still_.steps[index * channels + c] = to_steps(static_cast<float>(1 - look.sky_share) * solid.at(c));
   }
   if (look.sky_share > 1e-3) {
-    sky_.push_back(
-        {static_cast<std::uint32_t>(index), static_cast<float>(look.sky_share), look.cloud_point, ink(look.clear_sky)});
+    sky_.push_back({static_cast<std::uint32_t>(index), static_cast<float>(look.sky_share),
+                    Landscape::cloud_cell(look.cloud_point), ink(look.clear_sky)});
   }
   row.reach_px[static_cast<std::size_t>(x)] =
       static_cast<float>(look.sway_rad_per_m * camera.fx_px() * scene_.description().background.hedge_sway_m);
 }
 
 void Backdrop::drift_clouds(double time_s) {
-  const auto step = static_cast<std::int64_t>(std::floor(time_s / kCloudStep_s));
-  if (step == cloud_step_) return;
-  cloud_step_ = step;
-  const double drift = static_cast<double>(step) * kCloudStep_s * scene_.description().background.cloud_speed_mps *
-                       Landscape::kCloudUnitsPerMetre;
+  for (std::size_t group = 0; group < kCloudGroups; ++group) {
+    const double phase = static_cast<double>(group) / kCloudGroups;
+    const auto step = static_cast<std::int64_t>(std::floor(time_s / kCloudStep_s + phase));
+    if (step == cloud_steps_.at(group)) continue;
+    cloud_steps_.at(group) = step;
+    drift_group(group, (static_cast<double>(step) - phase) * kCloudStep_s * scene_.description().background.cloud_speed_mps);
+  }
+}
+
+void Backdrop::drift_group(std::size_t group, double drift_m) {
+  const double columns = drift_m * Landscape::kCloudColumnsPerMetre;
+  const auto drift = static_cast<float>(columns - Landscape::kCloudColumns * std::floor(columns / Landscape::kCloudColumns));
   const auto channels = static_cast<std::size_t>(now_.channels);
-  for (const SkyPixel& pixel : sky_) {
-    const float cover = scene_.landscape().cloud_cover(pixel.cloud_point.x - drift, pixel.cloud_point.y);
+  const std::size_t begin = sky_.size() * group / kCloudGroups;
+  const std::size_t end = sky_.size() * (group + 1) / kCloudGroups;
+  for (const SkyPixel& pixel : std::span(sky_).subspan(begin, end - begin)) {
+    const float cover = scene_.landscape().cloud_cover(pixel.cloud, drift);
     for (std::size_t c = 0; c < channels; ++c) {
       const float light = pixel.clear[c] + cover * (cloud_[c] - pixel.clear[c]);
       const std::size_t at = pixel.pixel * channels + c;

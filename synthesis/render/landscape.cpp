@@ -19,9 +19,9 @@ constexpr double kHedgeHeight_m = 1.5;
 constexpr double kGrassY_m = 7;
 constexpr double kGrassHeight_m = 0.30;
 
-constexpr int kCloudCells = 64;  // of the table, per unit
-constexpr int kCloudColumns = static_cast<int>(Landscape::kCloudPeriod) * kCloudCells;
+constexpr int kCloudCells = Landscape::kCloudColumns / Landscape::kCloudPeriod;  // of the table, per unit
 constexpr int kCloudRows = 11 * kCloudCells;
+constexpr double kCloudUnitsPerMetre = 1.6e-3;
 
 // 1 below the line, 0 above, with an edge one pixel soft.
 double below(double line, double height, double pixel) { return smooth_step(-0.8 * pixel, 0.8 * pixel, line - height); }
@@ -57,29 +57,23 @@ Landscape::Landscape(std::uint64_t seed, GroundShadow shadow)
       wood_(seed, kWoodStream),
       meadow_(seed, kMeadowStream),
       hedge_(seed, kHedgeStream),
-      clouds_(static_cast<std::size_t>(kCloudColumns) * kCloudRows) {
-  const ValueNoise noise(seed, kCloudStream, static_cast<std::int64_t>(kCloudPeriod));
+      clouds_(static_cast<std::size_t>(kCloudStride) * kCloudRows) {
+  const ValueNoise noise(seed, kCloudStream, kCloudPeriod);
   auto cell = clouds_.begin();
   for (int row = 0; row < kCloudRows; ++row) {
-    for (int column = 0; column < kCloudColumns; ++column, ++cell) {
+    for (int column = 0; column < kCloudStride; ++column, ++cell) {
       const double density = noise.octaves(column / double{kCloudCells}, row / double{kCloudCells}, 5, 0.55);
       *cell = static_cast<float>(0.85 * smooth_step(0.50, 0.72, density));
     }
   }
 }
 
-float Landscape::cloud_cover(double x, double y) const {
-  const double column = (x - kCloudPeriod * std::floor(x / kCloudPeriod)) * kCloudCells;
-  const double row = std::clamp(y * kCloudCells, 0.0, kCloudRows - 2.0);
-  const auto i = static_cast<int>(column);
-  const auto j = static_cast<int>(row);
-  const auto fx = static_cast<float>(column - i);
-  const auto fy = static_cast<float>(row - j);
-  const auto left = static_cast<std::size_t>(i % kCloudColumns);
-  const auto right = static_cast<std::size_t>((i + 1) % kCloudColumns);
-  const float* low = clouds_.data() + static_cast<std::size_t>(j) * kCloudColumns;
-  const float* high = low + kCloudColumns;
-  return (1 - fy) * ((1 - fx) * low[left] + fx * low[right]) + fy * ((1 - fx) * high[left] + fx * high[right]);
+Landscape::CloudCell Landscape::cloud_cell(const Vec2& cloud_point) {
+  const double columns = cloud_point.x * kCloudCells;
+  const double column = columns - kCloudColumns * std::floor(columns / kCloudColumns);
+  const double row = std::clamp(cloud_point.y * kCloudCells, 0.0, kCloudRows - 2.0);
+  const auto whole_row = static_cast<std::uint32_t>(row);
+  return {static_cast<float>(column), static_cast<float>(row - whole_row), whole_row * kCloudStride};
 }
 
 Landscape::Look Landscape::look(const Vec3& from, const Vec3& ray, double pixel_rad) const {

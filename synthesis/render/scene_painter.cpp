@@ -23,8 +23,7 @@ constexpr double kTwigRadius_m = 0.012;  // bark grows over thicker wood
 constexpr std::uint64_t kBarkStream = 206;
 constexpr std::size_t kBallCorners = 24;
 
-constexpr double kTagBehindBar_m = 0.05;  // tags are fixed before their bar
-constexpr double kBarPiece_m = 0.3;       // bars are drawn in pieces, so that a branch may pass before one and behind the next
+constexpr double kBarPiece_m = 0.1;  // bars are drawn in pieces, so that a branch may pass before one and behind the next
 
 // How far outside a circle the corners of a polygon lie that has the circle's area.
 double outside(std::size_t corners) {
@@ -253,7 +252,9 @@ void ScenePainter::add_tag(const RigMoment& rig, const Matrix3& world_from_rig, 
           add(centre, add(times(static_cast<double>(column) - kHalf, right), times(static_cast<double>(row) - kHalf, down))));
     }
   }
-  finish_element(centre.z - kTagBehindBar_m);
+  // A tag is fixed before its bar on either side: nearer than any piece that crosses it.
+  const double nearest = std::abs(right.z) * kHalf + std::abs(down.z) * kHalf;
+  finish_element(centre.z - nearest - kBarPiece_m / 2);
   tag_from_behind_.push_back(from_behind);
   tag_lights_.push_back(static_cast<float>(flat_light(from_behind ? times(-1, normal) : normal)));
 }

@@ -207,13 +207,26 @@ void ScenePainter::draw_tag(const Element& element, Coverage& coverage, Picture&
   const auto rectangle = [&at](std::size_t top, std::size_t left, std::size_t bottom, std::size_t right) {
     return std::array{at(top, left), at(top, right), at(bottom, right), at(bottom, left)};
   };
+  // The edge of the square `margin` cells in, with all its points: a distorting lens bends it.
+  std::array<ImagePoint, 4 * kCells> edge;
+  const auto square = [&](std::size_t margin) {
+    const std::size_t side = kCells - 2 * margin;
+    const std::size_t end = kCells - margin;
+    for (std::size_t i = 0; i < side; ++i) {
+      edge[i] = at(margin, margin + i);
+      edge[side + i] = at(margin + i, end);
+      edge[2 * side + i] = at(end, end - i);
+      edge[3 * side + i] = at(end - i, margin);
+    }
+    return std::span<const ImagePoint>(edge).first(4 * side);
+  };
   const std::size_t index = element.index;
   const float light = tag_lights_[index];
-  if (!coverage.begin(rectangle(0, 0, kCells, kCells), clip)) return;
+  if (!coverage.begin(square(0), clip)) return;
   brush_flat(coverage, picture, shaded(ink_(kPaper), light));
   const bool from_behind = tag_from_behind_[index];
   if (from_behind && scene_.back_tags().empty()) return;
-  if (!coverage.begin(rectangle(1, 1, kCells - 1, kCells - 1), clip)) return;
+  if (!coverage.begin(square(1), clip)) return;
   const TagPattern& pattern = from_behind ? scene_.back_tags()[index] : scene_.front_tags()[index];
   for (std::size_t row = 1; row + 1 < kCells; ++row) {
     for (std::size_t column = 1; column + 1 < kCells; ++column) {

@@ -53,12 +53,10 @@ Sensor::Sensor(const CameraOptions& options, int width, int height, int channels
   for (std::size_t i = 0; i < gauss_.size(); ++i) {
     gauss_[i] = static_cast<std::int8_t>(std::clamp<long>(std::lround(kUnit * normals.normal(i)), -127, 127));
   }
-  const double read_variance = options.read_noise_counts * options.read_noise_counts * gain_ * gain_;
-  for (std::size_t signal = 0; signal < sd_by_signal_.size(); ++signal) {
-    const double variance = read_variance + options.shot_noise_gain * gain_ * static_cast<double>(signal);
-    sd_by_signal_.at(signal) = static_cast<std::int16_t>(std::min(std::lround(kUnit * std::sqrt(variance)), 32767L));
-  }
-  silent_ = std::ranges::all_of(sd_by_signal_, [](int sd) { return sd == 0; });
+  const double read_noise_steps = options.read_noise_counts * gain_ * kStepsPerCount;
+  dark_variance_ = static_cast<float>(read_noise_steps * read_noise_steps);
+  variance_per_step_ = static_cast<float>(options.shot_noise_gain * gain_ * kStepsPerCount);
+  silent_ = dark_variance_ == 0 && variance_per_step_ == 0;
 }
 
 // The edge rows and columns stand for what lies beyond them.
@@ -104,27 +102,33 @@ void Sensor::blur_across() {
   }
 }
 
+// The loops here and above are plain enough for the compiler to do several pixels at once.
+void Sensor::add_noise(std::uint64_t frame, int y, float scale, float offset, std::uint8_t* out) const {
+  const std::int8_t* gauss = gauss_.data() + offsets_.bits((frame << 16U) + static_cast<std::uint64_t>(y)) % kTableSize;
+  const std::uint16_t* light = light_.data();
+  const std::size_t size = light_.size();
+  for (std::size_t i = 0; i < size; ++i) {
+    const float signal = static_cast<float>(light[i]) * scale + offset;
+    const float sd = std::sqrt(dark_variance_ + variance_per_step_ * signal);
+    const float noisy = (signal + static_cast<float>(gauss[i]) * sd * (1.0F / kUnit)) * (1.0F / kStepsPerCount);
+    // Rounded down from above zero: cutting off is enough there, and below zero nothing is left anyway.
+    const int counts = static_cast<int>(noisy + 0.5F);
+    out[i] = static_cast<std::uint8_t>(counts < 0 ? 0 : (counts > 255 ? 255 : counts));
+  }
+}
+
 void Sensor::digitise(double light, std::uint64_t frame, int y, std::span<std::byte> row) const {
-  // Each multiplication of the blur cut off half a step on average.
+  // Each multiplication of the blur, down and across, cut off half a step on average.
   const float lost = weights_.size() == 1 ? 0.0F : static_cast<float>(weights_.size());
   const auto scale = static_cast<float>(light * gain_);
-  const float offset = scale * lost;
-  constexpr float kMost = kMostCounts * kStepsPerCount - 1;
-  const std::int8_t* gauss = gauss_.data() + offsets_.bits((frame << 16U) + static_cast<std::uint64_t>(y)) % kTableSize;
   auto* out = reinterpret_cast<std::uint8_t*>(row.data());
-  if (silent_) {
-    for (std::size_t i = 0; i < light_.size(); ++i) {
-      const int steps = static_cast<int>(std::min(static_cast<float>(light_[i]) * scale + offset, kMost));
-      out[i] = static_cast<std::uint8_t>(std::min((steps + kStepsPerCount / 2) / kStepsPerCount, 255));
-    }
+  if (!silent_) {
+    add_noise(frame, y, scale, scale * lost, out);
     return;
   }
   for (std::size_t i = 0; i < light_.size(); ++i) {
-    const int steps = static_cast<int>(std::min(static_cast<float>(light_[i]) * scale + offset, kMost));
-    const int sd = sd_by_signal_[static_cast<std::size_t>(steps / kStepsPerCount)];
-    // Both factors count in 1 / kUnit: their product in 1 / 1024, sixteen to a step.
-    const int noisy = steps + (gauss[i] * sd + 8) / 16;
-    out[i] = static_cast<std::uint8_t>(std::clamp((noisy + kStepsPerCount / 2) >> 6, 0, 255));
+    const int counts = static_cast<int>((static_cast<float>(light_[i]) + lost) * scale * (1.0F / kStepsPerCount) + 0.5F);
+    out[i] = static_cast<std::uint8_t>(counts > 255 ? 255 : counts);
   }
 }
 

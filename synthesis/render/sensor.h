@@ -2,7 +2,6 @@
 // frame is a function of (seed, frame number): frames can be made in any order.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -22,10 +21,10 @@ class Sensor {
   void read_out(const Picture& picture, double light, std::uint64_t frame, std::span<std::byte> pixels);
 
  private:
-  static constexpr int kMostCounts = 512;
   void blur_down(const Picture& picture, int y);
   void blur_across();
   void digitise(double light, std::uint64_t frame, int y, std::span<std::byte> row) const;
+  void add_noise(std::uint64_t frame, int y, float scale, float offset, std::uint8_t* out) const;
 
   double gain_;
   std::vector<std::uint16_t> weights_;  // of the blur, 1/65536: the centre's, then one side's
@@ -37,7 +36,9 @@ class Sensor {
   // Gaussian numbers, kUnit to one standard deviation. Each row of each frame starts at a random place of the table: far
   // cheaper than a number per pixel, and no two frames are alike.
   std::vector<std::int8_t> gauss_;
-  std::array<std::int16_t, kMostCounts> sd_by_signal_{};  // in 1 / kUnit counts
+  // Variance of the noise, in steps squared: at no signal, and per step of signal.
+  float dark_variance_ = 0;
+  float variance_per_step_ = 0;
   bool silent_ = false;
 };
 
