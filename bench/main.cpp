@@ -26,6 +26,7 @@ int main(int argc, char** argv) {
   std::vector<roseau::bench::Case> cases;
   roseau::bench::add_animation_cases(cases);
   roseau::bench::add_estimation_cases(cases);
+  roseau::bench::add_mechanics_cases(cases);
   roseau::bench::add_pipeline_cases(cases);
   roseau::bench::add_recording_cases(cases);
   roseau::bench::add_synthesis_cases(cases);
