@@ -22,6 +22,7 @@ constexpr double kNoLength_m = 1e-6;
 constexpr double kFarthest_m = 500;
 constexpr double kThickest_m = 10;  // radius
 constexpr double kMostLeaves = 500;
+constexpr std::uint16_t kHighestOrder = 60'000;
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr std::uint64_t kLeafStream = 1;
 
@@ -154,7 +155,8 @@ Result<void> Builder::place_entity(std::size_t i) {
   Place& place = places_[i];
   const Place* from = origin(i);
   const bool branches = entity.relation == '+';
-  place.order = static_cast<std::uint16_t>((from != nullptr ? from->order : 0) + (branches ? 1 : 0));
+  place.order = from == nullptr ? std::uint16_t{0} : from->order;
+  if (branches && place.order < kHighestOrder) ++place.order;
   place.starts_branch = branches || (from != nullptr && from->starts_branch);
   place.node = from != nullptr ? from->node : -1;
   place.end_radius_m = !std::isnan(place.radius_m)    ? place.radius_m

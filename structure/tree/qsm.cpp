@@ -20,7 +20,7 @@ constexpr double kFarthest_m = 500;
 constexpr double kStretch_m = 0.01;     // beyond the parent's radius
 constexpr double kLeastSplit_m = 0.01;  // no piece of a split cylinder is shorter
 constexpr double kUnitTolerance = 1e-3;
-constexpr double kMostOrders = 60'000;
+constexpr std::uint16_t kHighestOrder = 60'000;
 
 enum Column : std::size_t { kRadius, kLength, kStart, kAxis = 5, kParent = 8, kOrder = 11, kOrderColumns = 12, kFewest = 9 };
 
@@ -155,7 +155,8 @@ void Builder::derive_orders() {
       if (next == kNone || cylinders_[branch].radius_m > cylinders_[next].radius_m) next = branch;
     }
     for (const std::size_t branch : cylinder.branches) {
-      cylinders_[branch].order = static_cast<std::uint16_t>(cylinder.order + (branch == next ? 0 : 1));
+      const bool branches_off = branch != next && cylinder.order < kHighestOrder;
+      cylinders_[branch].order = static_cast<std::uint16_t>(cylinder.order + (branches_off ? 1 : 0));
     }
   }
 }
@@ -163,7 +164,7 @@ void Builder::derive_orders() {
 void Builder::set_orders() {
   const auto given = [this](std::size_t row) { return table_.at(row, kOrder); };
   const bool are_given = table_.columns >= kOrderColumns && std::all_of(order_.begin(), order_.end(), [&](std::size_t row) {
-                           return given(row) >= 0 && given(row) <= kMostOrders && given(row) == std::floor(given(row));
+                           return given(row) >= 0 && given(row) <= kHighestOrder && given(row) == std::floor(given(row));
                          });
   if (!are_given) {
     notes_.add("no branch orders, found from the thickness", 0);
