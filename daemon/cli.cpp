@@ -50,6 +50,7 @@ struct AllArguments {
   FilesArguments info;
   FilesArguments verify;
   EstimateArguments estimate;
+  TreeArguments tree;
 };
 
 void add_run(Commands& commands, AllArguments& all) {
@@ -120,6 +121,28 @@ void add_tools(Commands& commands, AllArguments& all) {
   add_json(estimate, all.estimate.json);
 }
 
+void add_tree(Commands& commands, AllArguments& all) {
+  auto& arguments = all.tree;
+  auto* sub = commands.add("tree", "Read or grow a tree: its figures, what was mended, glTF", arguments, tree_command);
+  auto* source = sub->add_option_group("source");
+  source->add_option("file", arguments.file, "Digitised (.mtg), or cylinders of a laser scan (.mat, or text)");
+  source->add_flag("--grow", arguments.grow, "A tree grown from a seed instead");
+  source->require_option(1);
+  sub->add_option("--seed", arguments.seed, "Of the grown tree, or of how a digitised one's leaves hang (default 1)");
+  sub->add_option("--dressing", arguments.dressing,
+                  "Dressing file (.drf) with the units of an .mtg (default: of the same name)");
+  sub->add_option("--length-unit", arguments.length_unit_m, "Metres per unit of the .mtg's coordinates (default 0.01)")
+      ->check(CLI::PositiveNumber);
+  sub->add_option("--diameter-unit", arguments.diameter_unit_m, "Metres per unit of the .mtg's diameters (default 0.001)")
+      ->check(CLI::PositiveNumber);
+  sub->add_option("--leaf-column", arguments.leaf_column,
+                  "Column of the .mtg that counts leaves (default NFe; empty: no leaves)");
+  sub->add_option("--simplify", arguments.simplify, "To at most this many nodes, with the same wood and leaves")
+      ->check(CLI::Range(std::size_t{2}, std::size_t{100'000'000}));
+  sub->add_option("--gltf", arguments.gltf, "Write the tree as binary glTF (.glb)");
+  add_json(sub, arguments.json);
+}
+
 }  // namespace
 
 int run_command_line(int argc, char** argv) {
@@ -133,6 +156,7 @@ int run_command_line(int argc, char** argv) {
   add_simulate(commands, arguments);
   add_import(commands, arguments);
   add_tools(commands, arguments);
+  add_tree(commands, arguments);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

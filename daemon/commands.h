@@ -80,4 +80,18 @@ struct EstimateArguments {
 };
 int estimate_command(const EstimateArguments& arguments);
 
+struct TreeArguments {
+  std::optional<std::filesystem::path> file;  // .mtg, .mat or a text table of cylinders
+  bool grow = false;                          // instead of a file
+  std::optional<std::uint64_t> seed;          // of the grown tree, or of the leaves of a digitised one
+  std::optional<std::filesystem::path> dressing;
+  std::optional<double> length_unit_m;
+  std::optional<double> diameter_unit_m;
+  std::optional<std::string> leaf_column;
+  std::optional<std::size_t> simplify;  // to at most this many nodes
+  std::optional<std::filesystem::path> gltf;
+  bool json = false;
+};
+int tree_command(const TreeArguments& arguments);
+
 }  // namespace roseau::daemon

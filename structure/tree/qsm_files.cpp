@@ -134,7 +134,7 @@ Result<ImportedTree> read_qsm_text(std::string_view text, const std::string& sou
 Result<ImportedTree> read_qsm_mat(const std::filesystem::path& path) {
   const auto table = read_table(path);
   if (!table) return table.error();
-  return tree_from_cylinders(*table, path.filename().string());
+  return tree_from_cylinders(*table, path.string());
 }
 
 }  // namespace roseau::structure

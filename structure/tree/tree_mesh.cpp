@@ -148,7 +148,7 @@ TreeMesh leaf_mesh(const TreeModel& tree) {
     const auto shade = static_cast<float>(shades.uniform(i, 0.75, 1));
     for (const auto& [along, aside] : kOutline) {
       mesh.vertices.push_back(
-          {.position_m = leaf.base_m + (along * leaf.length_m) * leaf.direction - (aside * leaf.width_m) * across,
+          {.position_m = leaf.base_m + (along * leaf.length_m) * leaf.direction + (aside * leaf.width_m) * across,
            .normal = leaf.normal,
            .node = leaf.node,
            .turns = true,
