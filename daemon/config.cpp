@@ -72,6 +72,12 @@ CameraConfig read_camera(Reader reader, std::set<std::string>& names) {
   return camera;
 }
 
+std::string read_port(TomlTable& table) {
+  std::string port = table.required_text("port");
+  if (const auto stream = link::make_byte_stream(port); !stream) table.complain("port", ": " + stream.error().message);
+  return port;
+}
+
 SonicConfig read_sonic(Reader reader, std::set<std::string>& names) {
   SonicConfig sonic;
   auto& options = sonic.options;
@@ -83,8 +89,7 @@ SonicConfig read_sonic(Reader reader, std::set<std::string>& names) {
   } else {
     table.complain("model", ": " + model.error().message);
   }
-  sonic.port = table.required_text("port");
-  if (const auto stream = link::make_byte_stream(sonic.port); !stream) table.complain("port", ": " + stream.error().message);
+  sonic.port = read_port(table);
   if (const auto axes = wind_axes_from_string(table.text("axes", "gill_spar")); axes) {
     options.anemometer.axes = *axes;
   } else {
@@ -98,6 +103,62 @@ SonicConfig read_sonic(Reader reader, std::set<std::string>& names) {
   if (node.size() > 1) table.complain("node", "must be one letter");
   options.anemometer.node = node.empty() ? '\0' : node.front();
   return sonic;
+}
+
+void read_stations(TomlTable& table, std::vector<int>& stations) {
+  if (!table.has("stations")) {
+    table.numbers("stations");  // known, and left as it is
+    return;
+  }
+  stations.clear();
+  for (const double number : table.numbers("stations")) {
+    const int station = static_cast<int>(number);
+    const bool is_station = number == station && station >= 1 && station <= wire::kFastrakStations;
+    const bool is_new = std::ranges::find(stations, station) == stations.end();
+    if (is_station && is_new) stations.push_back(station);
+    if (!is_station || !is_new) table.complain("stations", "must be numbers from 1 to 4, each once");
+  }
+  if (stations.empty()) table.complain("stations", "must name at least one");
+}
+
+MagneticTrackerConfig read_magnetic_tracker(Reader reader, std::set<std::string>& names) {
+  MagneticTrackerConfig config;
+  auto& options = config.options;
+  options.name = reader.device_name(names);
+  auto& table = reader.table();
+  const auto model = wire::magnetic_tracker_model_from_string(table.required_text("model"));
+  if (model) {
+    options.tracker.model = *model;
+  } else {
+    table.complain("model", ": " + model.error().message);
+  }
+  config.port = read_port(table);
+  read_stations(table, options.tracker.stations);
+  if (auto layout = wire::FastrakLayout::parse(table.text("items", options.tracker.layout.text())); layout) {
+    options.tracker.layout = std::move(*layout);
+  } else {
+    table.complain("items", ": " + layout.error().message);
+  }
+  options.tracker.is_binary = table.boolean("binary", options.tracker.is_binary);
+  const auto unit = wire::fastrak_unit_from_string(table.text("unit", std::string(wire::to_string(options.tracker.unit))));
+  if (unit) {
+    options.tracker.unit = *unit;
+  } else {
+    table.complain("unit", ": " + unit.error().message);
+  }
+  options.tracker.delay_s = reader.number("delay_s", options.tracker.delay_s, 0, 10);
+  options.sets_up = table.boolean("sets_up", options.sets_up);
+  return config;
+}
+
+LedBoardConfig read_led_board(Reader reader, std::set<std::string>& names) {
+  LedBoardConfig config;
+  config.options.name = reader.device_name(names);
+  config.port = read_port(reader.table());
+  auto& tick_us = config.options.board.tick_us;
+  tick_us = static_cast<std::uint32_t>(reader.integer("tick_us", static_cast<int>(tick_us), 50, 100'000));
+  config.options.sets_up = reader.table().boolean("sets_up", config.options.sets_up);
+  return config;
 }
 
 void read_simulation(Reader reader, Config& config) {
@@ -184,8 +245,12 @@ Config read_config(Reader reader) {
   std::set<std::string> names;
   for (auto& camera : reader.list("camera")) config.cameras.push_back(read_camera(std::move(camera), names));
   for (auto& sonic : reader.list("sonic")) config.sonics.push_back(read_sonic(std::move(sonic), names));
+  for (auto& tracker : reader.list("magnetic_tracker")) {
+    config.magnetic_trackers.push_back(read_magnetic_tracker(std::move(tracker), names));
+  }
+  for (auto& board : reader.list("led_board")) config.led_boards.push_back(read_led_board(std::move(board), names));
   if (root->has("simulation")) {
-    if (!names.empty()) root->complain("simulation", "replaces devices: leave out [[camera]] and [[sonic]]");
+    if (!names.empty()) root->complain("simulation", "replaces devices: leave out [[camera]], [[sonic]] and the others");
     read_simulation(reader.inner("simulation"), config);
   }
   auto sync = reader.inner("sync");

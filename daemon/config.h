@@ -11,6 +11,8 @@
 #include "core/geometry.h"
 #include "core/result.h"
 #include "core/time.h"
+#include "drivers/led_sync/led_board_source.h"
+#include "drivers/magnetic_tracker/magnetic_tracker_source.h"
 #include "drivers/sonic/sonic_source.h"
 #include "estimation/options.h"
 #include "tracking/options.h"
@@ -28,6 +30,16 @@ struct CameraConfig {
 struct SonicConfig {
   sonic::SonicOptions options;
   std::string port;  // link specification: "serial:/dev/ttyUSB0?baud=19200"
+};
+
+struct MagneticTrackerConfig {
+  magnetic_tracker::MagneticTrackerOptions options;
+  std::string port;  // link specification
+};
+
+struct LedBoardConfig {
+  led_sync::LedBoardOptions options;
+  std::string port;  // link specification
 };
 
 struct SimulationConfig {
@@ -64,6 +76,8 @@ struct Config {
   std::string site_text;  // the site sheet, TOML; empty when there is none
   std::vector<CameraConfig> cameras;
   std::vector<SonicConfig> sonics;
+  std::vector<MagneticTrackerConfig> magnetic_trackers;
+  std::vector<LedBoardConfig> led_boards;
   std::optional<SimulationConfig> simulation;
   Duration window = std::chrono::milliseconds(40);
   std::size_t skip_after_frames = 15;

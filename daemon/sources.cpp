@@ -5,7 +5,9 @@
 #include "daemon/host_clock.h"
 #include "daemon/text_file.h"
 #include "drivers/camera/file/video_file.h"
+#include "drivers/led_sync/led_board_source.h"
 #include "drivers/link/link_spec.h"
+#include "drivers/magnetic_tracker/magnetic_tracker_source.h"
 #include "drivers/sonic/sonic_source.h"
 #include "synthesis/simulated_rig.h"
 
@@ -39,6 +41,24 @@ Result<void> add_sonics(const Config& config, Sources& sources) {
   return {};
 }
 
+Result<void> add_magnetic_trackers(const Config& config, Sources& sources) {
+  for (const auto& tracker : config.magnetic_trackers) {
+    auto stream = link::make_byte_stream(tracker.port);
+    if (!stream) return stream.error();
+    sources.sources.push_back(std::make_unique<magnetic_tracker::MagneticTrackerSource>(tracker.options, std::move(*stream)));
+  }
+  return {};
+}
+
+Result<void> add_led_boards(const Config& config, Sources& sources) {
+  for (const auto& board : config.led_boards) {
+    auto stream = link::make_byte_stream(board.port);
+    if (!stream) return stream.error();
+    sources.sources.push_back(std::make_unique<led_sync::LedBoardSource>(board.options, std::move(*stream)));
+  }
+  return {};
+}
+
 Result<void> add_simulation(const SimulationConfig& simulation, Sources& sources) {
   auto scene = load_scene(simulation.scene, simulation.seed);
   if (!scene) return scene.error();
@@ -55,10 +75,14 @@ Result<Sources> make_sources(const Config& config) {
   Sources sources;
   auto made = config.simulation ? add_simulation(*config.simulation, sources) : add_cameras(config, sources);
   if (made) made = add_sonics(config, sources);
+  if (made) made = add_magnetic_trackers(config, sources);
+  if (made) made = add_led_boards(config, sources);
   if (!made) return made.error();
   if (sources.sources.empty()) {
     return Error{ErrorCode::invalid_argument,
-                 "the configuration names no device: add a [[camera]], a [[sonic]] or a [simulation] (config/reference.toml)"};
+                 "the configuration names no device: add a [[camera]], a [[sonic]], a [[magnetic_tracker]], an [[led_board]] "
+                 "or a [simulation] "
+                 "(config/reference.toml)"};
   }
   return sources;
 }

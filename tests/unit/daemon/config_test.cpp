@@ -49,6 +49,16 @@ TEST(Config, ReferenceStatesTheDefaultsItClaims) {
   EXPECT_EQ(reference->estimation.identification.force_slope, defaults.estimation.identification.force_slope);
   EXPECT_EQ(reference->estimation.calibration.low_pass_hz, defaults.estimation.calibration.low_pass_hz);
   EXPECT_EQ(reference->display.port, defaults.display.port);
+  const magnetic_tracker::MagneticTrackerOptions tracker;
+  ASSERT_EQ(reference->magnetic_trackers.size(), 1U);
+  EXPECT_EQ(reference->magnetic_trackers[0].options.tracker.stations, tracker.tracker.stations);
+  EXPECT_EQ(reference->magnetic_trackers[0].options.tracker.layout.text(), tracker.tracker.layout.text());
+  EXPECT_EQ(reference->magnetic_trackers[0].options.tracker.is_binary, tracker.tracker.is_binary);
+  EXPECT_EQ(reference->magnetic_trackers[0].options.tracker.unit, tracker.tracker.unit);
+  EXPECT_EQ(reference->magnetic_trackers[0].options.tracker.delay_s, tracker.tracker.delay_s);
+  EXPECT_EQ(reference->magnetic_trackers[0].options.sets_up, tracker.sets_up);
+  ASSERT_EQ(reference->led_boards.size(), 1U);
+  EXPECT_EQ(reference->led_boards[0].options.board.tick_us, led_sync::LedBoardOptions{}.board.tick_us);
 }
 
 TEST(Config, UnknownKeyNamesFileLineAndWhatWouldBeRight) {
@@ -83,6 +93,14 @@ INSTANTIATE_TEST_SUITE_P(
             "is taken by another device"},
         BadConfig{"[[sonic]]\nname='s'\nmodel='gill_windmastr'\nport='pty:'", "field.toml:3: 'sonic.model'"},
         BadConfig{"[[sonic]]\nname='s'\nmodel='gill_windmaster'\nport='serail:/dev/ttyS0'", "field.toml:4: 'sonic.port'"},
+        BadConfig{"[[magnetic_tracker]]\nname='t'\nmodel='liberty'\nport='pty:'", "field.toml:3: 'magnetic_tracker.model'"},
+        BadConfig{"[[magnetic_tracker]]\nname='t'\nmodel='polhemus_fastrak'\nport='pty:'\nstations=[1, 5]",
+                  "field.toml:5: 'magnetic_tracker.stations' must be numbers from 1 to 4"},
+        BadConfig{"[[magnetic_tracker]]\nname='t'\nmodel='polhemus_fastrak'\nport='pty:'\nstations=[2, 2]", "each once"},
+        BadConfig{"[[magnetic_tracker]]\nname='t'\nmodel='polhemus_fastrak'\nport='pty:'\nitems='4,1'", "has no position"},
+        BadConfig{"[[magnetic_tracker]]\nname='t'\nmodel='polhemus_fastrak'\nport='pty:'\nunit='m'", "'m' is not one of"},
+        BadConfig{"[[led_board]]\nname='b'\nport='nowhere'", "field.toml:3: 'led_board.port'"},
+        BadConfig{"[[led_board]]\nname='b'\nport='pty:'\ntick_us=1", "must be from 50 to 100000"},
         BadConfig{"[sync]\nwindow_ms = -1", "must be from 0 to 10000"},
         BadConfig{"[estimation]\nband_hz = [4, 0.3]", "0 < low < high"},
         BadConfig{"[[tracking.target]]\ncamera='c'\nname='t'\nregion_px=[1,2,3]", "'tracking.target.region_px' must be"},
