@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "core/check.h"
@@ -18,8 +19,10 @@ namespace {
 constexpr double kLeastBend = 0.02;
 constexpr double kMostBend = 30;
 constexpr int kCoarseBends = 40;
-constexpr int kRefinements = 60;
-constexpr double kNegligible = 1e-9;  // of the mode's farthest motion: nodes that are held
+constexpr int kRefinements = 30;
+constexpr double kOvershoot = 2;       // of an undamped oscillator, when a wind sets in at once
+constexpr double kLeastMotion = 0.05;  // of the mode that moves farthest, for those that this wind hardly moves
+constexpr double kNegligible = 1e-9;   // of the mode's farthest motion: nodes that are held
 
 Error invalid(std::string message) {
   return {ErrorCode::invalid_argument, "large-amplitude correction: " + std::move(message)};
@@ -44,7 +47,7 @@ Eigen::MatrixX2d function_space(std::span<const double> q, double b) {
   return functions;
 }
 
-// Least residual over b: a coarse scan, as there may be several minima, then golden sections about the best.
+// The b that explains most: a coarse scan, as there may be several maxima, then golden sections about the best.
 template <class Explained>
 double search_bend(const Explained& explained) {
   const double step = std::log(kMostBend / kLeastBend) / (kCoarseBends - 1);
@@ -60,15 +63,32 @@ double search_bend(const Explained& explained) {
   constexpr double kGolden = 0.6180339887498949;
   double low = std::log(kLeastBend) + step * (best - 1);
   double high = low + 2 * step;
+  const auto at_log = [&](double log_bend) { return explained(std::exp(log_bend)); };
+  double left = high - kGolden * (high - low);
+  double right = low + kGolden * (high - low);
+  double left_value = at_log(left);
+  double right_value = at_log(right);
   for (int i = 0; i < kRefinements; ++i) {
-    const double left = high - kGolden * (high - low);
-    const double right = low + kGolden * (high - low);
-    (explained(std::exp(left)) > explained(std::exp(right)) ? high : low) =
-        explained(std::exp(left)) > explained(std::exp(right)) ? right : left;
+    if (left_value > right_value) {
+      high = std::exchange(right, left);
+      right_value = left_value;
+      left_value = at_log(left = high - kGolden * (high - low));
+    } else {
+      low = std::exchange(left, right);
+      left_value = right_value;
+      right_value = at_log(right = low + kGolden * (high - low));
+    }
   }
   const double bend = std::exp((low + high) / 2);
   // No bend at all is the simplest explanation: kept where arctan explains nothing more.
   return explained(bend) > explained(0) * (1 + 1e-13) ? bend : 0;
+}
+
+// Fewer rows that explain the same: what a search compares depends on the products of the columns alone.
+Eigen::MatrixXd condensed(const Eigen::Ref<const Eigen::MatrixXd>& displacement_m) {
+  if (displacement_m.rows() <= displacement_m.cols()) return displacement_m;
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(displacement_m);
+  return qr.matrixQR().topRows(displacement_m.cols()).triangularView<Eigen::Upper>();
 }
 
 std::vector<double> sample_amplitudes(double range, std::size_t samples) {
@@ -136,17 +156,25 @@ Eigen::VectorXd displace(const Eigen::MatrixXd& v, const Eigen::MatrixXd& w, con
 
 void keep_lengths(const Skeleton& skeleton, Eigen::Ref<Eigen::VectorXd> displacement_m) {
   ROSEAU_CHECK(displacement_m.size() == skeleton.rest_m.size());
-  for (std::size_t n = 0; n < skeleton.parents.size(); ++n) {
+  // From the last node to the first, each displacement becomes the one relative to its parent, with the length kept; then, from
+  // the first to the last, they add up again.
+  for (std::size_t n = skeleton.parents.size(); n-- > 0;) {
     if (skeleton.parents[n] < 0) continue;
     const auto at = static_cast<Eigen::Index>(3 * n);
     const Eigen::Index parent = 3 * Eigen::Index{skeleton.parents[n]};
     const Eigen::Vector3d at_rest = skeleton.rest_m.segment<3>(at) - skeleton.rest_m.segment<3>(parent);
-    const Eigen::Vector3d pulled = at_rest + displacement_m.segment<3>(at) - displacement_m.segment<3>(parent);
+    const Eigen::Vector3d deformed = at_rest + displacement_m.segment<3>(at) - displacement_m.segment<3>(parent);
     const double length_m = at_rest.norm();
-    const double pulled_m = pulled.norm();
+    const double deformed_m = deformed.norm();
     // A node pushed right onto its parent has no line to be pulled along: the segment then stands as at rest.
-    const Eigen::Vector3d kept = pulled_m > 1e-9 * length_m ? Eigen::Vector3d(pulled * (length_m / pulled_m)) : at_rest;
-    displacement_m.segment<3>(at) = displacement_m.segment<3>(parent) + kept - at_rest;
+    const bool has_line = deformed_m > 1e-9 * length_m;
+    displacement_m.segment<3>(at) =
+        has_line ? Eigen::Vector3d(deformed * (length_m / deformed_m) - at_rest) : Eigen::Vector3d::Zero();
+  }
+  for (std::size_t n = 0; n < skeleton.parents.size(); ++n) {
+    if (skeleton.parents[n] < 0) continue;
+    displacement_m.segment<3>(static_cast<Eigen::Index>(3 * n)) +=
+        displacement_m.segment<3>(3 * Eigen::Index{skeleton.parents[n]});
   }
 }
 
@@ -177,12 +205,8 @@ CurveFit fit_curve(std::span<const double> q, const Eigen::Ref<const Eigen::Matr
   ROSEAU_CHECK(q.size() >= 3 && displacement_m.cols() == static_cast<Eigen::Index>(q.size()));
   const double scale = largest(q);
   ROSEAU_CHECK(scale > 0);
-  // What is explained depends on the products of the columns alone, so the search costs the same for one node and thousands.
-  const Eigen::MatrixXd products = displacement_m.transpose() * displacement_m;
-  const double bend = search_bend([&](double b) {
-    const Eigen::MatrixX2d space = function_space(q, b / scale);
-    return (space.transpose() * products * space).trace();
-  });
+  const Eigen::MatrixXd rows = condensed(displacement_m);
+  const double bend = search_bend([&](double b) { return (rows * function_space(q, b / scale)).squaredNorm(); });
 
   CurveFit fit;
   fit.b = bend / scale;
@@ -251,6 +275,27 @@ Result<NodeWiseCorrection> fit_node_wise_correction(const Skeleton& skeleton, co
     correction.residual[i] = own > 0 ? std::sqrt(squares) / own : 0;
   }
   return correction;
+}
+
+std::vector<double> amplitudes_in_wind(const ModalBasis& basis, double speed_mps) {
+  const auto modes = static_cast<Eigen::Index>(basis.mode_count());
+  std::vector<double> amplitudes(basis.mode_count());
+  Eigen::VectorXd unit_m(modes);  // that each mode's farthest node moves per unit of amplitude
+  double farthest_m = 0;
+  for (Eigen::Index i = 0; i < modes; ++i) {
+    const double omega = 2 * std::numbers::pi * basis.natural_frequency_hz[i];
+    const double force = speed_mps * speed_mps * basis.wind_projection.col(i).head<2>().norm();
+    const double per_metre = amplitude_for(basis.shapes.col(i), 1);
+    unit_m[i] = per_metre > 0 ? 1 / per_metre : 0;
+    amplitudes[static_cast<std::size_t>(i)] = kOvershoot * force / (omega * omega);
+    farthest_m = std::max(farthest_m, amplitudes[static_cast<std::size_t>(i)] * unit_m[i]);
+  }
+  for (Eigen::Index i = 0; i < modes; ++i) {
+    double& amplitude = amplitudes[static_cast<std::size_t>(i)];
+    if (unit_m[i] > 0) amplitude = std::max(amplitude, kLeastMotion * farthest_m / unit_m[i]);
+    if (!(amplitude > 0)) amplitude = 1;
+  }
+  return amplitudes;
 }
 
 double amplitude_for(const Eigen::Ref<const Eigen::VectorXd>& shape, double displacement_m) {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/result.h"
+#include "structure/animation/modal_basis.h"
 
 namespace roseau::structure {
 
@@ -23,9 +24,10 @@ struct Skeleton {
   std::vector<std::int32_t> parents;
 };
 
-/// The displacement (3N, metres) with every segment's length as at rest: depth first, each node is pulled along the line to its
-/// already corrected parent. Nodes that stand on their parent follow it; nodes without a parent stay where `displacement` has
-/// them.
+/// The displacement (3N, metres) with every segment's length as at rest. Depth first, each node is pulled towards its parent,
+/// and what it bears comes along: segments keep the direction that the displacement gave them. Nodes that stand on their parent
+/// follow it; nodes without a parent stay where `displacement_m` has them. Exact for any motion, all modes together; costs a
+/// pass over the tree, where the corrections below are a product.
 void keep_lengths(const Skeleton& skeleton, Eigen::Ref<Eigen::VectorXd> displacement_m);
 
 /// How far displaced segments are from their lengths at rest, relative: root mean square weighted by length, and the worst.
@@ -73,12 +75,17 @@ struct CorrectionOptions {
   std::size_t samples = 33;  // amplitudes per mode, evenly from -range to range
 };
 
-/// `range[i]`: the largest |q_i| that the correction is made for. Beyond it, it stays bounded (arctan). Refused: sizes that do
+/// `range[i]`: the largest |q_i| that the correction is made for. Beyond it the curves run on smoothly, no longer
+/// fitted: choose it for the strongest wind. Refused: sizes that do
 /// not fit, a parent that comes after its child, a range that is not positive, fewer than 5 samples.
 Result<LargeAmplitudeCorrection> fit_correction(const Skeleton& skeleton, const Eigen::MatrixXd& shapes,
                                                 std::span<const double> range, const CorrectionOptions& options = {});
 Result<NodeWiseCorrection> fit_node_wise_correction(const Skeleton& skeleton, const Eigen::MatrixXd& shapes,
                                                     std::span<const double> range, const CorrectionOptions& options = {});
+
+/// Ranges for trees that will stand in gusts up to this speed from any side: twice the deflection that a steady wind gives each
+/// mode (an undamped tree overshoots so far when it sets in at once), and a little for modes that it hardly moves.
+std::vector<double> amplitudes_in_wind(const ModalBasis& basis, double speed_mps);
 
 /// The amplitude at which the mode moves its farthest node by this much, for `range`. Zero for a mode that moves nothing.
 double amplitude_for(const Eigen::Ref<const Eigen::VectorXd>& shape, double displacement_m);
