@@ -29,5 +29,6 @@ void add_pipeline_cases(std::vector<Case>& cases);
 void add_recording_cases(std::vector<Case>& cases);
 void add_synthesis_cases(std::vector<Case>& cases);
 void add_tracking_cases(std::vector<Case>& cases);
+void add_wind_cases(std::vector<Case>& cases);
 
 }  // namespace roseau::bench

@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
   roseau::bench::add_recording_cases(cases);
   roseau::bench::add_synthesis_cases(cases);
   roseau::bench::add_tracking_cases(cases);
+  roseau::bench::add_wind_cases(cases);
 
   std::string wanted;
   bool json = false;

@@ -13,54 +13,61 @@ namespace roseau::synthesis::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-#if HWY_MAX_BYTES >= 32
-constexpr hn::FixedTag<float, 8> kPair;  // two entries in one vector
+constexpr hn::FixedTag<float, 4> kOne;  // the components of one entry
 
-HWY_INLINE hn::Vec<hn::FixedTag<float, 8>> pair_at(const GustTables::Entry* entry) {
-  const auto counts = hn::LoadU(hn::FixedTag<std::int16_t, 8>(), entry->counts.data());
-  return hn::ConvertTo(kPair, hn::PromoteTo(hn::FixedTag<std::int32_t, 8>(), counts));
+// As many of the four entries in a vector as it holds.
+constexpr std::size_t kEntries = HWY_MAX_BYTES >= 64 ? 4 : HWY_MAX_BYTES >= 32 ? 2 : 1;
+using Tag = hn::FixedTag<float, 4 * kEntries>;
+
+HWY_INLINE hn::Vec<Tag> load(const GustTables::Entry* entries) {
+  const auto counts = hn::LoadU(hn::FixedTag<std::int16_t, 4 * kEntries>(), entries->counts.data());
+  return hn::ConvertTo(Tag(), hn::PromoteTo(hn::FixedTag<std::int32_t, 4 * kEntries>(), counts));
 }
 
+// Sum over the terms for each of the four entries, then over the entries.
 HWY_INLINE void sum_one(const GustReading& reading, float* HWY_RESTRICT sum) {
-  const hn::FixedTag<float, 4> half;
-  const auto& w = reading.weights;
-  const auto first_weights = hn::Combine(kPair, hn::Set(half, w[1]), hn::Set(half, w[0]));
-  const auto second_weights = hn::Combine(kPair, hn::Set(half, w[3]), hn::Set(half, w[2]));
-  auto total = hn::Zero(kPair);
-  for (std::uint32_t i = 0; i < reading.terms; ++i) {
-    const GustTables::Entry* entries = reading.entries[i];
-    const auto first = hn::Mul(pair_at(entries), first_weights);
-    const auto second = hn::Mul(pair_at(entries + 2), second_weights);
-    total = hn::Add(total, hn::Mul(hn::Add(first, second), hn::Set(kPair, reading.shares[i])));
+  alignas(64) float totals[16];
+  const Tag tag;
+#if HWY_MAX_BYTES >= 64
+  auto total = hn::Zero(tag);
+  for (std::size_t i = 0; i < GustReading::kTerms; ++i) {
+    total = hn::Add(total, hn::Mul(load(reading.entries + reading.starts[i]), hn::Set(tag, reading.shares[i])));
   }
-  hn::StoreU(hn::Add(hn::LowerHalf(half, total), hn::UpperHalf(half, total)), half, sum);
-}
+  hn::Store(total, tag, totals);
+#elif HWY_MAX_BYTES >= 32
+  auto early = hn::Zero(tag);
+  auto late = hn::Zero(tag);
+  for (std::size_t i = 0; i < GustReading::kTerms; ++i) {
+    const GustTables::Entry* entries = reading.entries + reading.starts[i];
+    const auto share = hn::Set(tag, reading.shares[i]);
+    early = hn::Add(early, hn::Mul(load(entries), share));
+    late = hn::Add(late, hn::Mul(load(entries + 2), share));
+  }
+  hn::Store(early, tag, totals);
+  hn::Store(late, tag, totals + 8);
 #else
-constexpr hn::FixedTag<float, 4> kSingle;
-
-HWY_INLINE hn::Vec<hn::FixedTag<float, 4>> single_at(const GustTables::Entry* entry) {
-  const auto counts = hn::LoadU(hn::FixedTag<std::int16_t, 4>(), entry->counts.data());
-  return hn::ConvertTo(kSingle, hn::PromoteTo(hn::FixedTag<std::int32_t, 4>(), counts));
-}
-
-HWY_INLINE void sum_one(const GustReading& reading, float* HWY_RESTRICT sum) {
-  const auto w0 = hn::Set(kSingle, reading.weights[0]);
-  const auto w1 = hn::Set(kSingle, reading.weights[1]);
-  const auto w2 = hn::Set(kSingle, reading.weights[2]);
-  const auto w3 = hn::Set(kSingle, reading.weights[3]);
-  auto total_low = hn::Zero(kSingle);
-  auto total_high = hn::Zero(kSingle);
-  for (std::uint32_t i = 0; i < reading.terms; ++i) {
-    const GustTables::Entry* entries = reading.entries[i];
-    const auto share = hn::Set(kSingle, reading.shares[i]);
-    const auto low = hn::Add(hn::Mul(single_at(entries), w0), hn::Mul(single_at(entries + 2), w2));
-    const auto high = hn::Add(hn::Mul(single_at(entries + 1), w1), hn::Mul(single_at(entries + 3), w3));
-    total_low = hn::Add(total_low, hn::Mul(low, share));
-    total_high = hn::Add(total_high, hn::Mul(high, share));
+  auto total0 = hn::Zero(tag);
+  auto total1 = hn::Zero(tag);
+  auto total2 = hn::Zero(tag);
+  auto total3 = hn::Zero(tag);
+  for (std::size_t i = 0; i < GustReading::kTerms; ++i) {
+    const GustTables::Entry* entries = reading.entries + reading.starts[i];
+    const auto share = hn::Set(tag, reading.shares[i]);
+    total0 = hn::Add(total0, hn::Mul(load(entries), share));
+    total1 = hn::Add(total1, hn::Mul(load(entries + 1), share));
+    total2 = hn::Add(total2, hn::Mul(load(entries + 2), share));
+    total3 = hn::Add(total3, hn::Mul(load(entries + 3), share));
   }
-  hn::StoreU(hn::Add(total_low, total_high), kSingle, sum);
-}
+  hn::Store(total0, tag, totals);
+  hn::Store(total1, tag, totals + 4);
+  hn::Store(total2, tag, totals + 8);
+  hn::Store(total3, tag, totals + 12);
 #endif
+  const auto weighted = [&](std::size_t entry) {
+    return hn::Mul(hn::Load(kOne, totals + 4 * entry), hn::Set(kOne, reading.weights[entry]));
+  };
+  hn::StoreU(hn::Add(hn::Add(weighted(0), weighted(1)), hn::Add(weighted(2), weighted(3))), kOne, sum);
+}
 
 void sum_all(std::span<const GustReading> readings, std::span<std::array<float, 4>> sums) {
   for (std::size_t i = 0; i < readings.size(); ++i) sum_one(readings[i], sums[i].data());

@@ -11,20 +11,14 @@
 
 namespace roseau::synthesis {
 
-/// What makes the gust at one place: parts of at most four strands and five fillers, all at one time.
+/// What makes the gust at one place: parts of four strands and five fillers, all at one time.
 struct GustReading {
-  static constexpr std::size_t kMostTerms = 9;
+  static constexpr std::size_t kTerms = 9;
 
-  std::array<const GustTables::Entry*, kMostTerms> entries;  // the first of four
-  std::array<float, kMostTerms> shares;
-  std::uint32_t terms = 0;
-  std::array<float, 4> weights;  // of the four entries
-
-  void add(const GustTables::Entry* first, float share) {
-    __builtin_prefetch(first);
-    entries[terms] = first;
-    shares[terms++] = share;
-  }
+  const GustTables::Entry* entries = nullptr;  // of the first table, at the time
+  const std::uint32_t* starts = nullptr;       // kTerms of them: where each term's table stands after the first
+  std::array<float, kTerms> shares;            // of each term
+  std::array<float, 4> weights;                // of the four entries from there on
 };
 
 /// Cubic B-spline's weights of four neighbouring coefficients, `share` of the way from the second to the third.

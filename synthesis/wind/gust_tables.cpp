@@ -36,13 +36,16 @@ std::size_t GustTables::size_for(double period_s) {
 
 std::size_t GustTables::bytes_per_table(double period_s) { return (size_for(period_s) + kCacheSkew) * sizeof(Entry); }
 
-GustTables::GustTables(std::size_t tables, double period_s, const std::array<double, kComponents>& sd_mps)
+GustTables::GustTables(std::size_t strands, std::size_t fillers, double period_s, const std::array<double, kComponents>& sd_mps)
     : size_(size_for(period_s)),
       period_s_(static_cast<double>(size_) / kGustRateHz),
-      stride_(size_ + kCacheSkew),
       harmonics_(static_cast<std::size_t>(kHighestGustHz * period_s_)),
-      entries_(tables * stride_) {
-  static_assert(kCacheSkew >= kOverlap);
+      starts_{0} {
+  static_assert(kCacheSkew > kOverlap);
+  for (std::size_t table = 0; table < strands + fillers; ++table) {
+    starts_.push_back(starts_.back() + (table < strands ? 1 : 2) * size_ + kCacheSkew);
+  }
+  entries_.resize(starts_.back());
   for (std::size_t c = 0; c < kComponents; ++c) to_mps_[c] = static_cast<float>(kFullScaleSds * sd_mps[c] / kFullScaleCounts);
   for (std::size_t k = 1; k <= harmonics_; ++k) {
     sharpening_.push_back(static_cast<float>(1 / spline_response(static_cast<double>(k) / period_s_)));
@@ -62,11 +65,12 @@ void GustTables::make(Component component, std::size_t first, std::span<const st
       half_spectrum[k + 1] = std::conj(amplitude[k]) * (0.5F * to_counts * sharpening_[k]);
     }
     fft.inv(series.data(), half_spectrum.data(), static_cast<Eigen::Index>(size_));
-    Entry* entries = &entries_[(first + row) * stride_];
+    const std::size_t start = starts_[first + row];
+    const std::size_t filled = starts_[first + row + 1] - start - (kCacheSkew - kOverlap);
     // The coefficient before the time's own comes first in a place, so the table starts with the last one.
-    for (std::size_t i = 0; i < size_ + kOverlap; ++i) {
+    for (std::size_t i = 0; i < filled; ++i) {
       const float counts = std::clamp(series[(i + size_ - 1) % size_], -32767.0F, 32767.0F);
-      entries[i].counts[component] = static_cast<std::int16_t>(std::lrint(counts));
+      entries_[start + i].counts[component] = static_cast<std::int16_t>(std::lrint(counts));
     }
   }
 }

@@ -27,12 +27,14 @@ class GustTables {
     std::array<std::int16_t, 4> counts{};
   };
 
-  /// Size and bytes of one table. The period is lengthened a little to a size that can be transformed fast (of factors 2, 3
-  /// and 5 only): period_s() is the true one.
+  /// Size and bytes of one strand's table. The period is lengthened a little to a size that can be transformed fast (of factors
+  /// 2, 3 and 5 only): period_s() is the true one.
   static std::size_t size_for(double period_s);
   static std::size_t bytes_per_table(double period_s);
 
-  GustTables(std::size_t tables, double period_s, const std::array<double, kComponents>& sd_mps);
+  /// `strands` tables, then `fillers` tables that hold their period twice, so that they can also be read any part of a
+  /// period later.
+  GustTables(std::size_t strands, std::size_t fillers, double period_s, const std::array<double, kComponents>& sd_mps);
 
   /// Harmonics of the period, the highest one below kHighestGustHz; number k has the frequency k / period.
   std::size_t harmonics() const { return harmonics_; }
@@ -45,18 +47,20 @@ class GustTables {
   /// threads.
   void make(Component component, std::size_t first, std::span<const std::complex<float>> amplitudes);
 
-  /// Four neighbouring entries: weighted with the cubic B-spline's weights for `share`, the value at `entry` + share.
-  const Entry* entries(std::uint32_t table, std::int32_t entry) const { return entries_.data() + table * stride_ + entry; }
+  /// Table `table` starts so many entries after entries(). Four neighbouring entries, weighted with the cubic B-spline's
+  /// weights for `share`, are its value at the first one + share; there is a fourth for each of the size() + 1 first.
+  const Entry* entries() const { return entries_.data(); }
+  std::uint32_t start(std::size_t table) const { return static_cast<std::uint32_t>(starts_[table]); }
   /// From counts to m/s, by component; the fourth is 0.
   const std::array<float, 4>& to_mps() const { return to_mps_; }
 
  private:
   std::size_t size_;
   double period_s_;
-  std::size_t stride_;
   std::size_t harmonics_;
   std::array<float, 4> to_mps_{};
-  std::vector<float> sharpening_;  // of each harmonic: 1 / what the spline leaves of it
+  std::vector<float> sharpening_;    // of each harmonic: 1 / what the spline leaves of it
+  std::vector<std::size_t> starts_;  // of each table, and where the last one ends
   std::vector<Entry> entries_;
 };
 

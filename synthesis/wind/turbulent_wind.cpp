@@ -20,6 +20,9 @@ constexpr double kMegabyte = 1e6;
 
 constexpr std::array kComponents{GustTables::along, GustTables::across, GustTables::up};
 
+// The terms of a reading: four strands, what is lost along the four edges between them, and across.
+enum Term : std::uint8_t { kHere, kRight, kAbove, kAboveRight, kBelowEdge, kAboveEdge, kLeftEdge, kRightEdge, kInside };
+
 double length_scale_m(const TurbulentWindOptions& options, GustTables::Component component) {
   return component == GustTables::along    ? options.length_scale_m
          : component == GustTables::across ? options.across_length_scale_m
@@ -126,7 +129,7 @@ Result<std::shared_ptr<const TurbulentWind>> TurbulentWind::make(const Turbulent
   LatticeAxis vertical_axis(heights_of(region.instruments_in_world_m), vertical, options.strand_spacing_m);
   const std::size_t strands = lateral_axis.size() * vertical_axis.size();
   const std::size_t fillers = (lateral_axis.widths_m().size() + 1) * (vertical_axis.widths_m().size() + 1) - 1;
-  const double bytes = static_cast<double>(strands + fillers) * table_bytes;
+  const double bytes = static_cast<double>(strands + 2 * fillers) * table_bytes;
   if (strands > kMostStrands || bytes > static_cast<double>(kMostBytes)) return too_large(static_cast<double>(strands), bytes);
   return std::shared_ptr<const TurbulentWind>(
       new TurbulentWind(options, seed, std::move(lateral_axis), std::move(vertical_axis)));
@@ -154,12 +157,13 @@ void TurbulentWind::make_gusts(std::uint64_t seed) {
   for (const double height_m : vertical_.lines_m()) {
     for (const double lateral_m : lateral_.lines_m()) places.push_back({lateral_m, height_m});
   }
-  const std::vector<std::pair<double, double>> losses = place_fillers();
-  tables_.emplace(places.size() + losses.size(), options_.period_s,
+  const std::vector<Vec2> losses = lost_separations();
+  tables_.emplace(places.size(), losses.size(), options_.period_s,
                   std::array{gust_sd_mps(options_, GustTables::along), gust_sd_mps(options_, GustTables::across),
                              gust_sd_mps(options_, GustTables::up)});
   table_size_ = static_cast<double>(tables_->size());
   per_table_ = 1 / table_size_;
+  index_cells();
   const double period_s = tables_->period_s();
   for (const GustTables::Component component : kComponents) {
     const DavenportCoherence coherence = gust_coherence(options_, component);
@@ -171,47 +175,57 @@ void TurbulentWind::make_gusts(std::uint64_t seed) {
     const std::uint64_t its_seed = scatter_bits(seed + component);
     tables_->make(component, 0, coherent_amplitudes(places, coherence, amplitude, period_s, its_seed));
     for (std::size_t i = 0; i < losses.size(); ++i) {
-      const double separation_s = coherence.separation_s(losses[i].first, losses[i].second);
+      const double separation_s = coherence.separation_s(losses[i].x, losses[i].y);
       const std::size_t row = places.size() + i;
       tables_->make(component, row, lost_amplitudes(separation_s, coherence, amplitude, period_s, its_seed, row));
     }
   }
 }
 
-// One table for each different distance between neighbours (lateral, vertical, diagonal: returned), shared by all edges and
-// cells of that size, which read it at times of their own, spread evenly by the golden section.
-std::vector<std::pair<double, double>> TurbulentWind::place_fillers() {
-  std::vector<std::pair<double, double>> losses;
-  for (const double lateral_m : lateral_.widths_m()) losses.emplace_back(lateral_m, 0);
-  for (const double vertical_m : vertical_.widths_m()) losses.emplace_back(0, vertical_m);
+// One filler for each different distance between neighbours: lateral, vertical, then diagonal.
+std::vector<Vec2> TurbulentWind::lost_separations() const {
+  std::vector<Vec2> losses;
+  for (const double lateral_m : lateral_.widths_m()) losses.push_back({lateral_m, 0});
+  for (const double vertical_m : vertical_.widths_m()) losses.push_back({0, vertical_m});
   for (const double vertical_m : vertical_.widths_m()) {
-    for (const double lateral_m : lateral_.widths_m()) losses.emplace_back(lateral_m, vertical_m);
-  }
-  const std::size_t size = GustTables::size_for(options_.period_s);
-  std::size_t placed = 0;
-  const auto filler = [&](std::size_t loss) {
-    const double turns = static_cast<double>(++placed) * (std::numbers::phi - 1);
-    const auto offset = static_cast<std::size_t>((turns - std::floor(turns)) * static_cast<double>(size)) % size;
-    return Filler{static_cast<std::uint32_t>(strands() + loss), static_cast<std::int32_t>(offset)};
-  };
-  const std::size_t laterals = lateral_.widths_m().size();
-  const std::size_t verticals = vertical_.widths_m().size();
-  right_.resize(strands());
-  upward_.resize(strands());
-  inside_.resize(strands());
-  for (std::size_t row = 0; row < vertical_.size(); ++row) {
-    for (std::size_t column = 0; column < lateral_.size(); ++column) {
-      const std::size_t strand = row * lateral_.size() + column;
-      const bool has_right = column + 1 < lateral_.size();
-      const bool has_up = row + 1 < vertical_.size();
-      if (has_right) right_[strand] = filler(lateral_.width_index(column));
-      if (has_up) upward_[strand] = filler(laterals + vertical_.width_index(row));
-      if (has_right && has_up) {
-        inside_[strand] = filler(laterals + verticals + vertical_.width_index(row) * laterals + lateral_.width_index(column));
-      }
-    }
+    for (const double lateral_m : lateral_.widths_m()) losses.push_back({lateral_m, vertical_m});
   }
   return losses;
+}
+
+// All edges and cells of one size share a filler, which each reads at a time of its own, spread evenly by the golden section.
+void TurbulentWind::index_cells() {
+  const std::size_t columns = lateral_.size();
+  const std::size_t laterals = lateral_.widths_m().size();
+  const std::size_t verticals = vertical_.widths_m().size();
+  const auto start_of = [&](std::size_t loss, std::size_t edge) {
+    const double turns = static_cast<double>(edge) * (std::numbers::phi - 1);
+    return tables_->start(strands() + loss) + static_cast<std::uint32_t>((turns - std::floor(turns)) * table_size_);
+  };
+  cells_.resize(strands());
+  for (std::size_t strand = 0; strand < strands(); ++strand) {
+    const std::size_t row = strand / columns;
+    const std::size_t column = strand % columns;
+    const bool has_right = column + 1 < columns;
+    const bool has_above = row + 1 < vertical_.size();
+    std::array<std::uint32_t, GustReading::kTerms>& starts = cells_[strand];
+    starts.fill(tables_->start(strand));  // where there is no neighbour, no share of it will be asked for
+    if (has_right) {
+      starts[kRight] = tables_->start(strand + 1);
+      starts[kBelowEdge] = start_of(lateral_.width_index(column), 3 * strand);
+    }
+    if (has_above) {
+      starts[kAbove] = tables_->start(strand + columns);
+      starts[kLeftEdge] = start_of(laterals + vertical_.width_index(row), 3 * strand + 1);
+    }
+    if (has_right && has_above) {
+      starts[kAboveRight] = tables_->start(strand + columns + 1);
+      starts[kAboveEdge] = start_of(lateral_.width_index(column), 3 * (strand + columns));
+      starts[kRightEdge] = start_of(laterals + vertical_.width_index(row), 3 * (strand + 1) + 1);
+      const std::size_t diagonal = vertical_.width_index(row) * laterals + lateral_.width_index(column);
+      starts[kInside] = start_of(laterals + verticals + diagonal, 3 * strand + 2);
+    }
+  }
 }
 
 // See the header. With the weights of a bilinear mean the loss splits into one part along each edge, fading towards the
@@ -221,41 +235,30 @@ void TurbulentWind::read_gusts(const Vec3& point, double start_position, GustRea
   position -= table_size_ * std::floor(position * per_table_);
   position += 0 * point.z;
   const bool is_inside = position >= 0 && position <= table_size_;  // else it is no number, or too large to have a fraction
-  const auto entry = is_inside ? static_cast<std::int32_t>(position) : 0;
+  const std::int32_t entry = is_inside ? static_cast<std::int32_t>(position) : 0;
+  const double fraction = is_inside ? position - static_cast<double>(entry) : std::numeric_limits<double>::quiet_NaN();
   const LatticeAxis::Place lateral = lateral_.locate(lateral_of(point, along_));
   const LatticeAxis::Place vertical = vertical_.locate(point.z);
-  const auto columns = static_cast<std::uint32_t>(lateral_.size());
-  const std::uint32_t strand = vertical.line * columns + lateral.line;
-  const std::uint32_t above = strand + columns;
+
+  reading.entries = tables_->entries() + entry;
+  reading.starts = cells_[vertical.line * lateral_.size() + lateral.line].data();
+  reading.weights = cubic_weights(static_cast<float>(fraction));
   const float s = lateral.share;
   const float t = vertical.share;
-  const float between_s = std::sqrt(2 * s * (1 - s));
-  const float between_t = std::sqrt(2 * t * (1 - t));
-
-  reading.terms = 0;
-  const double fraction = is_inside ? position - static_cast<double>(entry) : std::numeric_limits<double>::quiet_NaN();
-  reading.weights = cubic_weights(static_cast<float>(fraction));
-  const auto take = [&](std::uint32_t table, float share) { reading.add(tables_->entries(table, entry), share); };
-  const auto fill = [&](const Filler& filler, float share) {
-    const std::int32_t later = entry + filler.offset;
-    const auto size = static_cast<std::int32_t>(tables_->size());
-    reading.add(tables_->entries(filler.table, later < size ? later : later - size), share);
-  };
-  take(strand, (1 - s) * (1 - t));
-  if (s > 0) {
-    take(strand + 1, s * (1 - t));
-    fill(right_[strand], between_s * (1 - t));
-  }
-  if (t > 0) {
-    take(above, (1 - s) * t);
-    fill(upward_[strand], between_t * (1 - s));
-  }
-  if (s > 0 && t > 0) {
-    take(above + 1, s * t);
-    fill(right_[above], between_s * t);
-    fill(upward_[strand + 1], between_t * s);
-    fill(inside_[strand], between_s * between_t);
-  }
+  const float from_s = 1 - s;
+  const float from_t = 1 - t;
+  const float between_s = std::sqrt(2 * s * from_s);
+  const float between_t = std::sqrt(2 * t * from_t);
+  reading.shares[kHere] = from_s * from_t;
+  reading.shares[kRight] = s * from_t;
+  reading.shares[kAbove] = from_s * t;
+  reading.shares[kAboveRight] = s * t;
+  reading.shares[kBelowEdge] = between_s * from_t;
+  reading.shares[kAboveEdge] = between_s * t;
+  reading.shares[kLeftEdge] = between_t * from_s;
+  reading.shares[kRightEdge] = between_t * s;
+  reading.shares[kInside] = between_s * between_t;
+  for (std::size_t i = 0; i < GustReading::kTerms; ++i) __builtin_prefetch(reading.entries + reading.starts[i]);
 }
 
 Vec3 TurbulentWind::mean_mps(double height_m) const {

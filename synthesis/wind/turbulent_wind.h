@@ -20,6 +20,7 @@
 // Periodic in time (`period_s`). Memory: 0.52 MB per strand and period of 2048 s; 8 x 8 strands: 35 MB with what lies between.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -91,14 +92,10 @@ class TurbulentWind final : public WindField {
   const LatticeAxis& vertical_axis() const { return vertical_; }  // heights
 
  private:
-  struct Filler {
-    std::uint32_t table = 0;
-    std::int32_t offset = 0;  // table steps: far apart, one table serves many places
-  };
-
   TurbulentWind(const TurbulentWindOptions& options, std::uint64_t seed, LatticeAxis lateral, LatticeAxis vertical);
   void make_gusts(std::uint64_t seed);
-  std::vector<std::pair<double, double>> place_fillers();
+  std::vector<Vec2> lost_separations() const;
+  void index_cells();
   void read_gusts(const Vec3& point, double start_position, GustReading& reading) const;
   Vec3 mean_mps(double height_m) const;
   Vec3 velocity(const Vec3& point, const std::array<float, 4>& counts) const;
@@ -112,10 +109,8 @@ class TurbulentWind final : public WindField {
   double steps_per_m_ = 0;            // table steps that the wind takes for a metre
   double table_size_ = 1;             // in steps, and its inverse
   double per_table_ = 1;
-  // By strand number (row by row, from below): along the edge to the right, the edge upwards, and the cell between them.
-  std::vector<Filler> right_;
-  std::vector<Filler> upward_;
-  std::vector<Filler> inside_;
+  // By strand number (row by row, from below), the cell to its upper right: where in the tables its terms start.
+  std::vector<std::array<std::uint32_t, GustReading::kTerms>> cells_;
 };
 
 }  // namespace roseau::synthesis

@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-#include "tests/unit/synthesis/wind/spectral.h"
+#include "tests/support/wind_series.h"
 
 namespace roseau::synthesis {
 namespace {
