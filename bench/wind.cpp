@@ -138,7 +138,8 @@ Result<void> measure_spectra(TurbulenceSpectrum spectrum, Figures& figures) {
   PowerRatios on_strands;
   PowerRatios between;
   for (int seed = 0; seed < kSeeds; ++seed) {
-    const auto wind = make(options, seed);
+    // Seeds of its own for each spectrum, or all would share one draw of normal numbers.
+    const auto wind = make(options, spectrum == TurbulenceSpectrum::kaimal ? kSeeds + seed : seed);
     if (!wind) return wind.error();
     const double period_s = (*wind)->period_s();
     add_ratios(options, series_at(**wind, lattice_points(), period_s, kRateHz), period_s, 1.0 / kSeeds, on_strands);

@@ -7,7 +7,7 @@
 
 namespace roseau::synthesis {
 
-GustFronts::GustFronts(std::vector<GustFront> gusts) {
+GustFronts::GustFronts(const std::vector<GustFront>& gusts) {
   for (const GustFront& gust : gusts) {
     ROSEAU_CHECK(gust.speed_mps > 0 && gust.length_m > 0);
     fronts_.push_back({gust, towards_from_direction(gust.direction_from_deg)});

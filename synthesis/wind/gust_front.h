@@ -27,7 +27,7 @@ struct GustFront {
 
 class GustFronts final : public WindField {
  public:
-  explicit GustFronts(std::vector<GustFront> gusts);
+  explicit GustFronts(const std::vector<GustFront>& gusts);
 
   Vec3 velocity_mps(const Vec3& point_in_world, double time_s) const override;
 

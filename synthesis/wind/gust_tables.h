@@ -2,7 +2,7 @@
 //
 // The tables hold coefficients of cubic B-splines, 32 a second, made from spectra that are divided by the spline's own: so the
 // series read from them have the spectrum that was asked for, up to 12.8 Hz, and not one that interpolation has smoothed.
-// Above 12.8 Hz there is what the spline leaves of its images (-8 dB below its mirror image at 19.2 Hz, -14 dB at 10 and 22).
+// Above 12.8 Hz there is what the spline leaves of their images: -14 dB at 19.2 Hz (of 12.8 Hz), -27 dB at 22 Hz (of 10 Hz).
 #pragma once
 
 #include <array>

@@ -17,7 +17,8 @@
 //
 // The sd does not change with height (as in neutral air near the ground); the mean does (mean_wind.h). The three components
 // are independent of each other: there is no downward flux of momentum. Outside the lattice the nearest strand is taken.
-// Periodic in time (`period_s`). Memory: 0.52 MB per strand and period of 2048 s; 8 x 8 strands: 35 MB with what lies between.
+// Periodic in time (`period_s`). Memory: 0.52 MB per strand at 2048 s; 8 x 8 strands: 37 MB with what lies between. At most 400
+// strands and 537 MB.
 #pragma once
 
 #include <array>
