@@ -99,7 +99,7 @@ TEST(WindOptions, ProblemsNameTheirKey) {
 }
 
 TEST(WindOptions, TheSameSeedGivesTheSameWind) {
-  const WindOptions options;
+  const WindOptions options{.turbulence = TurbulentWindOptions{.period_s = 64}};
   const WindRegion region{.crown = WindRegion::Box{{-1, -1, 1}, {1, 1, 3}}, .instruments_in_world_m = {kHere}};
   const auto one = make_wind(options, 1, region);
   const auto same = make_wind(options, 1, region);
