@@ -16,11 +16,22 @@ constexpr double kConnectMargin_s = 2;  // longer than any record is on its way
 constexpr std::uint64_t kMostBytesPerRecord = 1024;
 }  // namespace
 
+Duration byte_time(const SerialLineOptions& line) { return from_seconds(kBitsPerByte / line.baud); }
+
+void LineNoise::apply(std::uint64_t record_number, std::string& bytes) const {
+  if (probability_ <= 0) return;
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    const std::uint64_t index = 2 * (record_number * kMostBytesPerRecord + i);
+    if (random_.uniform(index) >= probability_) continue;
+    bytes[i] = static_cast<char>(static_cast<unsigned char>(bytes[i]) ^ (1U << (random_.bits(index + 1) % 8)));
+  }
+}
+
 SerialDevice::SerialDevice(std::shared_ptr<const SerialInstrument> instrument, std::uint64_t seed, std::uint64_t stream)
     : instrument_(std::move(instrument)),
       splits_(seed, stream),
-      byte_errors_(seed, stream + 1),
-      byte_time_(from_seconds(kBitsPerByte / instrument_->line().baud)) {
+      noise_(instrument_->line().byte_error_probability, seed, stream + 1),
+      byte_time_(byte_time(instrument_->line())) {
   fill();
 }
 
@@ -55,7 +66,7 @@ void SerialDevice::send_record() {
   std::string record = instrument_->record(number);
   ROSEAU_CHECK(record.size() <= kMostBytesPerRecord);
   if (record.empty()) return;
-  if (line.byte_error_probability > 0) add_byte_errors(record);
+  noise_.apply(number, record);
   const Duration begin = std::max(ready, line_free_);
   const std::span<const char> all(record);
   std::size_t cut = all.size();
@@ -65,15 +76,6 @@ void SerialDevice::send_record() {
   send_piece(all.first(cut), begin);
   send_piece(all.subspan(cut), begin + byte_time_ * static_cast<Duration::rep>(cut));
   line_free_ = begin + byte_time_ * static_cast<Duration::rep>(all.size());
-}
-
-void SerialDevice::add_byte_errors(std::string& bytes) const {
-  const double probability = instrument_->line().byte_error_probability;
-  for (std::size_t i = 0; i < bytes.size(); ++i) {
-    const std::uint64_t index = 2 * (record_ * kMostBytesPerRecord + i);
-    if (byte_errors_.uniform(index) >= probability) continue;
-    bytes[i] = static_cast<char>(static_cast<unsigned char>(bytes[i]) ^ (1U << (byte_errors_.bits(index + 1) % 8)));
-  }
 }
 
 // Bytes that were on the line while the cable was out are lost: a record may come cut off.

@@ -21,6 +21,21 @@ struct SerialLineOptions {
   bool discards_when_busy = false;    // a record that the line has no time for is lost; else it waits
 };
 
+/// Time one byte takes.
+Duration byte_time(const SerialLineOptions& line);
+
+/// Turns bits over, by the record's number: the same ones every time.
+class LineNoise {
+ public:
+  LineNoise(double byte_error_probability, std::uint64_t seed, std::uint64_t stream)
+      : probability_(byte_error_probability), random_(seed, stream) {}
+  void apply(std::uint64_t record_number, std::string& bytes) const;
+
+ private:
+  double probability_;
+  RandomStream random_;
+};
+
 /// Pure: every record is a function of its number. Safe to call from several threads.
 class SerialInstrument {
  public:
@@ -61,11 +76,10 @@ class SerialDevice final : public SimulatedDevice {
   void fill();
   void send_record();
   void send_piece(std::span<const char> bytes, Duration arrival);
-  void add_byte_errors(std::string& bytes) const;
 
   std::shared_ptr<const SerialInstrument> instrument_;
   RandomStream splits_;
-  RandomStream byte_errors_;
+  LineNoise noise_;
   Duration byte_time_;
 
   StreamId stream_ = 0;
