@@ -140,6 +140,12 @@ void add_tree(Commands& commands, AllArguments& all) {
   sub->add_option("--simplify", arguments.simplify, "To at most this many nodes, with the same wood and leaves")
       ->check(CLI::Range(std::size_t{2}, std::size_t{100'000'000}));
   sub->add_option("--gltf", arguments.gltf, "Write the tree as binary glTF (.glb)");
+  auto* modes = sub->add_option("--modes", arguments.modes, "Natural frequencies of its first so many modes")
+                    ->check(CLI::Range(std::size_t{1}, std::size_t{100'000}));
+  sub->add_option("--density", arguments.density_kg_m3, "Of the wood, kg/m3 (default 1000, green)")->needs(modes);
+  sub->add_option("--young-modulus", arguments.young_modulus_pa, "Of the wood, Pa (default 1e10)")->needs(modes);
+  sub->add_option("--leaf-mass", arguments.leaf_mass_per_area_kg_m2, "Of a square metre of leaves, kg (default 0.2)")
+      ->needs(modes);
   add_json(sub, arguments.json);
 }
 

@@ -90,6 +90,10 @@ struct TreeArguments {
   std::optional<std::string> leaf_column;
   std::optional<std::size_t> simplify;  // to at most this many nodes
   std::optional<std::filesystem::path> gltf;
+  std::optional<std::size_t> modes;  // this many natural frequencies, with the material below
+  std::optional<double> density_kg_m3;
+  std::optional<double> young_modulus_pa;
+  std::optional<double> leaf_mass_per_area_kg_m2;
   bool json = false;
 };
 int tree_command(const TreeArguments& arguments);

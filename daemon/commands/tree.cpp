@@ -7,6 +7,7 @@
 
 #include "daemon/commands.h"
 #include "daemon/commands/failure.h"
+#include "structure/mechanics/modal_model.h"
 #include "structure/tree/branches.h"
 #include "structure/tree/gltf.h"
 #include "structure/tree/grown_tree.h"
@@ -116,6 +117,59 @@ Json notes_json(const structure::ImportedTree& imported) {
   return all;
 }
 
+/// Where a mode moves most, and which way all of the tree moves in it.
+struct ModeFigures {
+  double natural_frequency_hz = 0;
+  std::size_t node = 0;   // that moves most
+  double height_m = 0;    // of that node
+  Eigen::Vector3d share;  // east, north, up: of the sum of all nodes' squared displacements
+};
+
+std::vector<ModeFigures> figures_of(const structure::ModalModel& model, const structure::TreeModel& tree) {
+  std::vector<ModeFigures> all;
+  for (std::size_t mode = 0; mode < model.mode_count(); ++mode) {
+    const auto shape = model.translations().col(static_cast<Eigen::Index>(mode)).reshaped(3, Eigen::AutoSize);
+    Eigen::Index node = 0;
+    shape.colwise().squaredNorm().maxCoeff(&node);
+    const auto index = static_cast<std::size_t>(node);
+    all.push_back({model.natural_frequency_hz(mode), index, tree.nodes[index].position_m.z,
+                   shape.rowwise().squaredNorm() / shape.squaredNorm()});
+  }
+  return all;
+}
+
+/// Adds the modes to what is printed.
+Result<void> add_modes(const TreeArguments& arguments, const structure::TreeModel& tree, Json& json, std::string& text) {
+  structure::Material material;
+  material.density_kg_m3 = arguments.density_kg_m3.value_or(material.density_kg_m3);
+  material.young_modulus_pa = arguments.young_modulus_pa.value_or(material.young_modulus_pa);
+  material.leaf_mass_per_area_kg_m2 = arguments.leaf_mass_per_area_kg_m2.value_or(material.leaf_mass_per_area_kg_m2);
+  const auto model = structure::ModalModel::build(tree, {.material = material}, {.mode_count = *arguments.modes});
+  if (!model) return model.error();
+  text += fmt::format("  modes, with {:.3g} Pa and {:g} kg/m3: {:.1f} kg of wood and leaves\n", material.young_modulus_pa,
+                      material.density_kg_m3, model->total_mass_kg());
+  text += fmt::format("  {:>5} {:>10} {:>12} {:>9} {:>6} {:>6} {:>6}\n", "mode", "Hz", "most at node", "height m", "east",
+                      "north", "up");
+  Json list = Json::array();
+  for (const ModeFigures& mode : figures_of(*model, tree)) {
+    text +=
+        fmt::format("  {:>5} {:>10.4f} {:>12} {:>9.2f} {:>5.0f}% {:>5.0f}% {:>5.0f}%\n", list.size(), mode.natural_frequency_hz,
+                    mode.node, mode.height_m, 100 * mode.share.x(), 100 * mode.share.y(), 100 * mode.share.z());
+    list.push_back({{"natural_frequency_hz", mode.natural_frequency_hz},
+                    {"node", mode.node},
+                    {"height_m", mode.height_m},
+                    {"share_east", mode.share.x()},
+                    {"share_north", mode.share.y()},
+                    {"share_up", mode.share.z()}});
+  }
+  json["material"] = {{"young_modulus_pa", material.young_modulus_pa},
+                      {"density_kg_m3", material.density_kg_m3},
+                      {"leaf_mass_per_area_kg_m2", material.leaf_mass_per_area_kg_m2}};
+  json["mass_kg"] = model->total_mass_kg();
+  json["modes"] = std::move(list);
+  return {};
+}
+
 }  // namespace
 
 int tree_command(const TreeArguments& arguments) {
@@ -144,6 +198,9 @@ int tree_command(const TreeArguments& arguments) {
   json["statistics"] = statistics_json(figures);
   json["branches"] = branches_json(tree);
   text += statistics_text(figures);
+  if (arguments.modes) {
+    if (auto added = add_modes(arguments, tree, json, text); !added) return failed(added.error());
+  }
   if (arguments.gltf) {
     if (auto written = structure::write_glb(*arguments.gltf, tree); !written) return failed(written.error());
     json["gltf"] = arguments.gltf->string();

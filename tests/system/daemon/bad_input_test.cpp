@@ -33,6 +33,14 @@ TEST_F(BadInputTest, NotASession) {
 
 TEST_F(BadInputTest, EmptySessionFile) { expect_failure(run({"info", folder_.write("x.mcap", "")}), "x.mcap"); }
 
+TEST_F(BadInputTest, MoreModesThanATreeHas) {
+  const std::string stick = folder_.write("stick.txt", "0.05 1 0 0 0 0 0 1 0\n0.04 1 0 0 1 0 0 1 1\n");
+  EXPECT_EQ(run({"tree", stick, "--modes", "12"}).status, 0);
+  expect_failure(run({"tree", stick, "--modes", "13"}), "at most 12");
+  expect_failure(run({"tree", stick, "--modes", "3", "--young-modulus", "0"}), "Young");
+  EXPECT_EQ(run({"tree", stick, "--density", "900"}).status, 2) << "a density without --modes does nothing";
+}
+
 TEST_F(BadInputTest, UnknownConfigKey) {
   const auto config = folder_.write("c.toml", "[display]\nprot = 1\n");
   expect_failure(run({"run", config}), "c.toml:2: unknown key 'prot'");
