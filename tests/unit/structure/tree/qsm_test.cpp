@@ -123,8 +123,8 @@ TEST(Qsm, BrokenTablesAreRefusedWithTheirRow) {
 }
 
 void write_mat(const std::filesystem::path& path, matio_types type, matio_classes kind, const void* data,
-               std::array<std::size_t, 2> size) {
-  mat_t* file = Mat_CreateVer(path.c_str(), nullptr, MAT_FT_MAT5);
+               std::array<std::size_t, 2> size, mat_ft format = MAT_FT_MAT5) {
+  mat_t* file = Mat_CreateVer(path.c_str(), nullptr, format);
   ASSERT_NE(file, nullptr);
   matvar_t* variable = Mat_VarCreate("cylinders", kind, type, 2, size.data(), const_cast<void*>(data), MAT_F_DONT_COPY_DATA);
   EXPECT_EQ(Mat_VarWrite(file, variable, MAT_COMPRESSION_ZLIB), 0);
@@ -132,15 +132,16 @@ void write_mat(const std::filesystem::path& path, matio_types type, matio_classe
   Mat_Close(file);
 }
 
-TEST(Qsm, MatlabFilesOfEitherPrecisionReadLikeText) {
+TEST(Qsm, MatlabFilesOfEitherPrecisionAndVersionReadLikeText) {
   const testing::TemporaryFolder folder;
   const std::array<double, 18> doubles{0.1, 0.08, 2, 2, 10, 10, 20, 20, 30, 32, 0, 0, 0, 0, 1, 1, 0, 1};
   std::array<float, 18> floats{};
   std::copy(doubles.begin(), doubles.end(), floats.begin());
   write_mat(folder.path() / "double.mat", MAT_T_DOUBLE, MAT_C_DOUBLE, doubles.data(), {2, 9});
   write_mat(folder.path() / "single.mat", MAT_T_SINGLE, MAT_C_SINGLE, floats.data(), {2, 9});
+  write_mat(folder.path() / "hdf5.mat", MAT_T_DOUBLE, MAT_C_DOUBLE, doubles.data(), {2, 9}, MAT_FT_MAT73);
   const auto text = imported(kTrunk);
-  for (const char* name : {"double.mat", "single.mat"}) {
+  for (const char* name : {"double.mat", "single.mat", "hdf5.mat"}) {
     const auto read = read_qsm_mat(folder.path() / name);
     ASSERT_TRUE(read) << read.error().message;
     ASSERT_EQ(read->tree.nodes.size(), 3U);
