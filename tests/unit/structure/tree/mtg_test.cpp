@@ -128,6 +128,14 @@ TEST(Mtg, SuccessionOfAWholeGoesOnFromItsLastPart) {
   EXPECT_EQ(read.tree.nodes[2].order, 0);
 }
 
+TEST(Mtg, PartsInAColumnOfTheirOwnAreStillParts) {
+  // Nothing but the column tells that A2 follows A1; it grows out of A1's last part all the same.
+  const auto read = imported(mtg("/P1\n|/A1|||0|0|0|50\n||/S1||0|0|100|40\n||^<S2||0|0|150|40\n|^<A2\n||/S1||0|0|200|30\n"));
+  ASSERT_EQ(read.tree.nodes.size(), 4U);
+  EXPECT_EQ(read.tree.nodes[3].parent, 2);
+  EXPECT_DOUBLE_EQ(read.tree.nodes[3].start_radius_m, 0.02);
+}
+
 TEST(Mtg, DoubleSignStandsForTheEntitiesBetween) {
   const auto read = imported(mtg("/P1\n|/A1|||0|0|0|50\n|^/S1<<S12|||0|0|120|40\n"));
   EXPECT_EQ(read.elements, 14U);
@@ -173,6 +181,12 @@ TEST(Mtg, MissingDiametersFollowFromWhatIsBorne) {
   EXPECT_NEAR(read.tree.nodes[1].start_radius_m, 0.025, 1e-12);
   EXPECT_NEAR(read.tree.nodes[5].end_radius_m, 0.002, 1e-12);
   EXPECT_NEAR(read.tree.nodes[5].start_radius_m, 0.02, 1e-12);
+}
+
+TEST(Mtg, MissingDiameterIsNeverMoreThanTheBearers) {
+  const auto read =
+      imported(mtg("/P1\n|/A1|||0|0|0|20\n|^/S1|||0|0|10|20\n|^<S2|||0|0|20|\n||+A2/S1||9|0|20|30\n|^<S3|||0|0|30|16\n"));
+  EXPECT_DOUBLE_EQ(read.tree.nodes[2].end_radius_m, 0.01);
 }
 
 TEST(Mtg, LabelsUsedTwiceAreCountedAndASecondSuccessorIsABranch) {
@@ -225,6 +239,7 @@ TEST(Mtg, BrokenTextIsRefusedWithItsLine) {
   refused(mtg(root + "|^\n"), "'^' without an entity");
   refused(mtg(root + "|||/S1|0|0|10|40\n"), "test.mtg:27: no entity stands one column to the left");
   refused(mtg(root + "||^/S1||0|0|10|40\n"), "test.mtg:27: '^' goes on from an entity of its own column");
+  refused(mtg(root + "|^/S1|||0|0|10|40\n||+A2\n|^<S2|||0|0|20|40\n||^/S1||5|0|10|40\n"), "test.mtg:30: '^' goes on");
   refused(mtg(root + "||||0|0|10|40\n"), "test.mtg:27: features without an entity");
   refused(mtg(root + "|*3|||0|0|10|40\n"), "dates");
   refused(mtg("<P1\n"), "begins with '/'");
