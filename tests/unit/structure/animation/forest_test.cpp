@@ -9,6 +9,7 @@
 #include <limits>
 #include <numbers>
 
+#include "allocation_count.h"
 #include "core/random.h"
 #include "structure/animation/forest_kernels.h"
 #include "structure/animation/gust_wind.h"
@@ -176,6 +177,21 @@ TEST(Forest, ThreadsDoNotShowInTheBits) {
     ASSERT_EQ(first.size(), all.size());
     EXPECT_EQ(std::memcmp(first.data(), all.data(), all.size_bytes()), 0) << threads << " threads";
   }
+}
+
+TEST(Forest, FramesAllocateNothing) {
+  const ModalBasis basis = random_basis(50, 6);
+  const auto correction = random_correction(basis);
+  const auto wind = GustWind::with_intensity({4, -3, 0}, 0.4);
+  Forest forest = scattered(basis, &correction, 333);
+  const std::vector<Vec3> winds(333, Vec3{1, 2, 3});
+  const std::size_t before = allocation_count();
+  for (int frame = 1; frame <= 20; ++frame) {
+    forest.advance(0.01 * frame, wind, 0.01 * frame);
+    forest.advance(0.02, winds);
+  }
+  forest.settle(winds);
+  EXPECT_EQ(allocation_count(), before);
 }
 
 // q'' + gamma q' + w^2 q = f from rest, with f constant.
