@@ -34,7 +34,9 @@ void cut(std::span<const ImagePoint> polygon, std::vector<ImagePoint>& kept, con
   }
 }
 
-struct Extent {
+}  // namespace
+
+struct Coverage::Extent {
   float left = 1e30F;
   float top = 1e30F;
   float right = -1e30F;
@@ -49,8 +51,6 @@ struct Extent {
     }
   }
 };
-
-}  // namespace
 
 Coverage::Coverage(int width, int height)
     : steps_((static_cast<std::size_t>(width) + 2) * static_cast<std::size_t>(height)),
@@ -74,13 +74,14 @@ bool Coverage::begin(std::span<const ImagePoint> outline, const PixelArea& clip)
   };
   bounds_ = {first(extent.left, clip.left), first(extent.top, clip.top), last(extent.right, clip.right),
              last(extent.bottom, clip.bottom)};
-  add(outline);
+  add(outline, extent);
   return true;
 }
 
-void Coverage::add(std::span<const ImagePoint> outline) {
+void Coverage::add(std::span<const ImagePoint> outline) { add(outline, Extent(outline)); }
+
+void Coverage::add(std::span<const ImagePoint> outline, const Extent& extent) {
   ROSEAU_CHECK(outline.size() <= kMaxCorners);
-  const Extent extent(outline);
   const float left = static_cast<float>(bounds_.left) - 0.5F;
   const float top = static_cast<float>(bounds_.top) - 0.5F;
   const float right = static_cast<float>(bounds_.right) - 0.5F;
@@ -114,6 +115,25 @@ void Coverage::add_clipped(std::span<const ImagePoint> outline) {
   }
 }
 
+// A piece of an edge within one row covers, of pixel i, the mean over the piece of clamp(i + 1 - x, 0, 1), times its height.
+inline void Coverage::add_piece(float* row, float x_begin, float x_end, float height) {
+  const float low = std::min(x_begin, x_end);
+  const float high = std::max(x_begin, x_end);
+  const int first = static_cast<int>(low);
+  const int last = static_cast<int>(high);
+  // Most pieces lie within one pixel. Upright ones, too, where the general formula would divide rounding errors by next to
+  // nothing.
+  if (first == last || high - low < kUpright) {
+    const float middle = 0.5F * (low + high);
+    const int pixel = static_cast<int>(middle);
+    const float share = height * (static_cast<float>(pixel + 1) - middle);
+    row[pixel] += share;
+    row[pixel + 1] += height - share;
+    return;
+  }
+  add_long_piece(row, low, high, height);
+}
+
 // What lies to the right of an edge is covered; an edge that goes up takes away what one that goes down has added.
 void Coverage::add_edge(ImagePoint from, ImagePoint to) {
   if (from.y == to.y) return;
@@ -132,21 +152,9 @@ void Coverage::add_edge(ImagePoint from, ImagePoint to) {
   }
 }
 
-// A piece of an edge within one row covers, of pixel i, the mean over the piece of clamp(i + 1 - x, 0, 1), times its height.
-void Coverage::add_piece(float* row, float x_begin, float x_end, float height) {
-  const float low = std::min(x_begin, x_end);
-  const float high = std::max(x_begin, x_end);
+void Coverage::add_long_piece(float* row, float low, float high, float height) {
   const int first = static_cast<int>(low);
   const int last = static_cast<int>(high);
-  // Upright pieces, too, where the general formula would divide rounding errors by next to nothing.
-  if (first == last || high - low < kUpright) {
-    const float middle = 0.5F * (low + high);
-    const int pixel = static_cast<int>(middle);
-    const float share = height * (static_cast<float>(pixel + 1) - middle);
-    row[pixel] += share;
-    row[pixel + 1] += height - share;
-    return;
-  }
   const float density = height / (high - low);
   float before = 0;
   for (int i = first; i <= last; ++i) {

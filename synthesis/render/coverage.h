@@ -45,9 +45,12 @@ class Coverage {
   static constexpr std::size_t kMaxCorners = 64;
 
  private:
+  struct Extent;
+  void add(std::span<const ImagePoint> outline, const Extent& extent);
   void add_clipped(std::span<const ImagePoint> outline);
   void add_edge(ImagePoint from, ImagePoint to);
-  void add_piece(float* row, float x_begin, float x_end, float height);
+  static void add_piece(float* row, float x_begin, float x_end, float height);
+  static void add_long_piece(float* row, float low, float high, float height);
 
   // Changes of the covered share from one pixel to the next, `stride_` floats a row; bounds_ says which part is in use.
   // Zero but between begin() and sweep().

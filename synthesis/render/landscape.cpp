@@ -169,8 +169,10 @@ void Landscape::add_grass(const Vec3& from, const Vec3& ray, double pixel_rad, L
       kGrassHeight_m * (0.35 + 0.75 * hedge_.octaves(x * 1.1, 31.7, 2) + 0.55 * hedge_.octaves(x * 16, 44.3, 3, 0.8) - 0.3);
   const double blades = hedge_.octaves(x * 22, z * 1.5 + 9, 3, 0.7);
   const double height = std::clamp(z / kGrassHeight_m, 0.0, 1.0);
+  // Its foot goes over into the meadow.
+  const double standing = smooth_step(-0.06, 0.14, z);
   hide(look, mix({0.24, 0.30, 0.11}, {0.74, 0.70, 0.36}, std::clamp(0.15 + 1.1 * (blades - 0.5) + 0.5 * height, 0.0, 1.0)),
-       below(top, z, pixel_rad * distance));
+       standing * below(top, z, pixel_rad * distance));
   const double fade = 1 - smooth_step(1.1, 1.8, z / kGrassHeight_m);
   look.sway_rad_per_m = std::max(look.sway_rad_per_m, 0.8 * height * fade / distance);
 }
