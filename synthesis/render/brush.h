@@ -10,7 +10,8 @@ namespace roseau::render {
 
 namespace detail {
 
-inline constexpr int kFull = 1 << 15;  // covered wholly
+inline constexpr int kFull = 1 << 15;      // covered wholly
+inline constexpr float kToNearest = 0.5F;  // before what is positive is cut off
 
 // The mix of what was there and the new colour; exact at both ends.
 inline std::uint16_t lay_over(std::uint16_t under, int over, int share) {
@@ -22,7 +23,7 @@ void brush(Coverage& coverage, Picture& picture, const InkAt& ink_at) {
   coverage.sweep([&](int y, int left, std::span<const float> shares) {
     std::uint16_t* pixel = picture.row(y) + static_cast<std::size_t>(left) * kChannels;
     for (std::size_t i = 0; i < shares.size(); ++i, pixel += kChannels) {
-      const int share = static_cast<int>(shares[i] * kFull + 0.5F);
+      const int share = static_cast<int>(shares[i] * kFull + kToNearest);
       if (share == 0) continue;
       const auto& ink = ink_at(left + static_cast<int>(i), y);
       for (int c = 0; c < kChannels; ++c)

@@ -131,7 +131,7 @@ void ScenePainter::draw_round(const Element& element, const Round& round, Covera
       const float v = (round.along_m + s * axis_length * metres_per_px) * kBarkPerMetre;
       const int row = static_cast<int>(std::floor(v)) & (kBarkAlong - 1);
       const int column = static_cast<int>((across * 0.5F + 0.5F) * (kBarkAround - 1));
-      light *= 1 + relief * (bark_[static_cast<std::size_t>(row * kBarkAround + column)] - 1);
+      light *= 1 + relief * (bark_[static_cast<std::size_t>(row) * kBarkAround + static_cast<std::size_t>(column)] - 1);
     }
     return whole(shaded(round.ink, light));
   });

@@ -10,7 +10,8 @@ namespace roseau::render {
 namespace {
 
 constexpr std::size_t kTableSize = 1 << 16U;
-constexpr int kUnit = 32;  // 127 / 32: numbers beyond 4 standard deviations are clipped there
+constexpr int kUnit = 32;           // 127 / 32: numbers beyond 4 standard deviations are clipped there
+constexpr float kToNearest = 0.5F;  // before what is positive is cut off
 constexpr std::uint64_t kTableStream = 301;
 constexpr std::uint64_t kOffsetStream = 302;
 
@@ -111,8 +112,8 @@ void Sensor::add_noise(std::uint64_t frame, int y, float scale, float offset, st
     const float signal = static_cast<float>(light[i]) * scale + offset;
     const float sd = std::sqrt(dark_variance_ + variance_per_step_ * signal);
     const float noisy = (signal + static_cast<float>(gauss[i]) * sd * (1.0F / kUnit)) * (1.0F / kStepsPerCount);
-    // Rounded down from above zero: cutting off is enough there, and below zero nothing is left anyway.
-    const int counts = static_cast<int>(noisy + 0.5F);
+    // Below zero this rounds upwards; nothing is left of that anyway.
+    const int counts = static_cast<int>(noisy + kToNearest);
     out[i] = static_cast<std::uint8_t>(counts < 0 ? 0 : (counts > 255 ? 255 : counts));
   }
 }
@@ -127,7 +128,7 @@ void Sensor::digitise(double light, std::uint64_t frame, int y, std::span<std::b
     return;
   }
   for (std::size_t i = 0; i < light_.size(); ++i) {
-    const int counts = static_cast<int>((static_cast<float>(light_[i]) + lost) * scale * (1.0F / kStepsPerCount) + 0.5F);
+    const int counts = static_cast<int>((static_cast<float>(light_[i]) + lost) * scale * (1.0F / kStepsPerCount) + kToNearest);
     out[i] = static_cast<std::uint8_t>(counts > 255 ? 255 : counts);
   }
 }
