@@ -53,7 +53,8 @@ void expect_spectra(const TurbulentWindOptions& options, const TurbulentWind& wi
 }
 
 std::shared_ptr<const TurbulentWind> over_crown(const TurbulentWindOptions& options, std::vector<Vec3> instruments = {}) {
-  const WindRegion region{.crown = WindRegion::Box{{-1.5, -1.5, 1}, {1.5, 1.5, 4}}, .instruments_in_world_m = instruments};
+  const WindRegion region{.crown = WindRegion::Box{{-1.5, -1.5, 1}, {1.5, 1.5, 4}},
+                          .instruments_in_world_m = std::move(instruments)};
   auto wind = TurbulentWind::make(options, 7, region);
   EXPECT_TRUE(wind) << wind.error().message;
   return *wind;
@@ -67,7 +68,7 @@ TEST(TurbulentWind, HasTheStatedSpectraOnAStrand) {
   }
 }
 
-// Interpolation alone would lose a third of the power at 1 Hz in the middle of an edge, and half of it inside a cell.
+// Interpolation alone would lose two fifths of the power at 1 Hz in the middle of an edge, three fifths in that of a cell.
 TEST(TurbulentWind, HasTheStatedSpectraBetweenStrands) {
   const TurbulentWindOptions options;
   const auto wind = over_crown(options);
@@ -106,6 +107,15 @@ TEST(TurbulentWind, SpectraIntegrateToTheVariance) {
       variance += spectrum(f, 5, 1.5, 40) * f * 1e-3;
     }
     EXPECT_NEAR(variance, 1.5 * 1.5, 0.01);
+  }
+}
+
+// In isotropic turbulence the spectrum across follows from the one along: S_v = (S_u - f dS_u/df) / 2, at half the length.
+TEST(TurbulentWind, VonKarmanIsIsotropic) {
+  for (const double f : {0.002, 0.05, 0.7, 6.0}) {
+    const auto along = [](double hz) { return von_karman_along(hz, 5, 1.2, 30); };
+    const double slope = (along(f * 1.0001) - along(f / 1.0001)) / (f * 1.0001 - f / 1.0001);
+    EXPECT_NEAR(von_karman_across(f, 5, 1.2, 15) / ((along(f) - f * slope) / 2), 1, 1e-4) << f;
   }
 }
 
@@ -152,12 +162,13 @@ TEST(TurbulentWind, LosesCoherenceAcrossTheWindAsDavenportSays) {
   }
   for (const double f : {0.05, 0.2, 0.5, 1.0, 3.0}) {
     for (const auto& [right, above] : {std::pair{1U, 0U}, {0U, 1U}, {3U, 0U}, {0U, 2U}, {2U, 2U}}) {
-      const DavenportCoherence target = gust_coherence(options, GustTables::along);
-      const double wanted = target.at(f, 0.6 * right, 0.6 * above);
+      // exp(-sqrt(f^2 + (0.1 U / L)^2) sqrt((C_y dy)^2 + (C_z dz)^2) / U), L = 30 m along and 15 m up
+      const double decay_m = std::hypot(8 * 0.6 * right, 12 * 0.6 * above);
+      const double wanted = std::exp(-std::hypot(f, 0.4 / 30) * decay_m / 4);
+      const double wanted_up = std::exp(-std::hypot(f, 0.4 / 15) * decay_m / 4);
       // Between 40 lines at .05 Hz and 2400 at 3 Hz, times a few independent pairs.
       const double tolerance = 0.02 + 0.35 / std::sqrt(0.4 * f * kPeriodS);
       EXPECT_NEAR(coherence_of(along, 6, right, above, 0.8 * f, 1.2 * f), wanted, tolerance) << f << right << above;
-      const double wanted_up = gust_coherence(options, GustTables::up).at(f, 0.6 * right, 0.6 * above);
       EXPECT_NEAR(coherence_of(up, 6, right, above, 0.8 * f, 1.2 * f), wanted_up, tolerance) << f << right << above;
     }
   }
