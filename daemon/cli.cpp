@@ -46,6 +46,7 @@ struct AllArguments {
   ReplayArguments replay;
   bool replay_max = false;
   SimulateArguments simulate;
+  EmulateArguments emulate;
   ImportArguments import;
   FilesArguments info;
   FilesArguments verify;
@@ -79,6 +80,19 @@ void add_simulate(Commands& commands, AllArguments& all) {
   sub->add_option("scene", arguments.scene, "Scene (TOML); the demo's scene when absent");
   sub->add_option("-o,--output", arguments.output, "Session file to write (.mcap)")->required();
   sub->add_option("--seconds", arguments.seconds, "How long (default 60)")->check(CLI::PositiveNumber);
+  sub->add_option("--seed", arguments.seed, "Instead of the scene's own");
+  add_json(sub, arguments.json);
+}
+
+void add_emulate(Commands& commands, AllArguments& all) {
+  auto& arguments = all.emulate;
+  auto* sub = commands.add("emulate", "Play a scene's instruments on ttys and sockets, as the real ones would speak", arguments,
+                           emulate_command);
+  sub->add_option("scene", arguments.scene, "Scene (TOML); the demo's scene when absent");
+  sub->add_option("--sonic", arguments.sonic, "Where: pty:, pty:/tmp/sonic, tcp-listen://127.0.0.1:4001, ...");
+  sub->add_option("--tracker", arguments.tracker, "Where the magnetic tracker speaks");
+  sub->add_option("--led-board", arguments.led_board, "Where the LED board speaks");
+  sub->add_option("--for", arguments.seconds, "Stop after this many seconds")->check(CLI::PositiveNumber);
   sub->add_option("--seed", arguments.seed, "Instead of the scene's own");
   add_json(sub, arguments.json);
 }
@@ -160,6 +174,7 @@ int run_command_line(int argc, char** argv) {
   add_run(commands, arguments);
   add_replay(commands, arguments);
   add_simulate(commands, arguments);
+  add_emulate(commands, arguments);
   add_import(commands, arguments);
   add_tools(commands, arguments);
   add_tree(commands, arguments);

@@ -46,6 +46,17 @@ struct SimulateArguments {
 };
 int simulate_command(const SimulateArguments& arguments);
 
+struct EmulateArguments {
+  std::optional<std::filesystem::path> scene;  // the built-in demo scene when absent
+  std::optional<std::string> sonic;            // links; when none is given each instrument gets a pseudo terminal
+  std::optional<std::string> tracker;
+  std::optional<std::string> led_board;
+  std::optional<double> seconds;  // until asked to stop when absent
+  std::optional<std::uint64_t> seed;
+  bool json = false;
+};
+int emulate_command(const EmulateArguments& arguments);
+
 struct ImportArguments {
   std::filesystem::path output;
   std::vector<std::string> videos;     // [TOPIC=]FILE[@FPS]

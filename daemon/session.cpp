@@ -2,10 +2,8 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <pthread.h>
 
 #include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <opencv2/core/utility.hpp>
 #include <thread>
@@ -17,6 +15,7 @@
 #include "daemon/pipeline.h"
 #include "daemon/progress.h"
 #include "daemon/service_manager.h"
+#include "daemon/stop_signals.h"
 #include "daemon/summary.h"
 #include "daemon/version.h"
 #include "display/server.h"
@@ -31,18 +30,6 @@ namespace {
 
 constexpr std::chrono::milliseconds kControlInterval{100};
 constexpr Duration kHealthInterval = std::chrono::seconds(1);
-
-/// SIGINT and SIGTERM come to the control loop only: threads made afterwards inherit the blocked mask.
-sigset_t block_stop_signals() {
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGINT);
-  sigaddset(&signals, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  // A page that goes away while we write to it is no reason to die.
-  std::signal(SIGPIPE, SIG_IGN);
-  return signals;
-}
 
 std::vector<Analysis::Tracker> make_trackers(const SessionPlan& plan, StreamTable& streams) {
   std::vector<Analysis::Tracker> trackers;
@@ -69,7 +56,7 @@ class Session {
         health_(streams_, pipeline_.counters(), pipeline_.supervisor(), recorder_) {}
 
   int run() {
-    const sigset_t signals = block_stop_signals();
+    const StopSignals signals;
     if (auto started = start_display(); !started) return fail(started.error());
     if (plan_.config.recording.at_start || plan_.arguments.record || plan_.record_file) {
       if (auto opened = start_recording(); !opened) return fail(opened.error());
@@ -207,7 +194,7 @@ class Session {
     return {};
   }
 
-  void run_threads(const sigset_t& signals, HostTime begin) {
+  void run_threads(const StopSignals& signals, HostTime begin) {
     std::atomic<bool> done{false};
     std::jthread sequencer([this, &done](const std::stop_token& stop) {
       pipeline_.run(stop);
@@ -217,11 +204,10 @@ class Session {
     Progress progress(plan_.mode);
     HostTime next_health = begin;
     while (!done) {
-      timespec wait{.tv_sec = 0, .tv_nsec = std::chrono::nanoseconds(kControlInterval).count()};
-      const int number = sigtimedwait(&signals, nullptr, &wait);
+      const bool is_asked_to_stop = signals.wait(kControlInterval);
       const HostTime now = host_now();
       const bool time_is_up = plan_.arguments.seconds && to_seconds(now - begin) >= *plan_.arguments.seconds;
-      if (number > 0 || time_is_up) sequencer.request_stop();
+      if (is_asked_to_stop || time_is_up) sequencer.request_stop();
       if (stop_recording_wanted_.exchange(false)) close_recording();
       if (now >= next_health) {
         next_health = now + kHealthInterval;

@@ -6,7 +6,11 @@
 #include <thread>
 #include <utility>
 
+#include "core/check.h"
+#include "synthesis/instruments/led_board.h"
+#include "synthesis/instruments/magnetic_tracker.h"
 #include "synthesis/instruments/sonic.h"
+#include "synthesis/instruments/speaking_instrument.h"
 #include "synthesis/rig/simulated_camera.h"
 #include "synthesis/rig/simulated_truth.h"
 #include "synthesis/rig/world.h"
@@ -125,6 +129,17 @@ std::vector<std::unique_ptr<SampleSource>> SimulatedRig::sources(double seconds)
 
 std::unique_ptr<SampleSource> SimulatedRig::merged_source(double seconds) const {
   return std::make_unique<SimulatedSource>("rig", make_devices(world_), from_seconds(seconds));
+}
+
+std::vector<std::unique_ptr<EmulatedInstrument>> SimulatedRig::emulated_instruments() const {
+  const std::uint64_t seed = world_->scene.seed;
+  std::vector<std::unique_ptr<EmulatedInstrument>> instruments;
+  instruments.push_back(make_speaking(std::make_shared<Sonic>("sonic", world_->scene.sonic, seed, world_), seed));
+  auto tracker = MagneticTracker::make("tracker", {}, seed, world_);
+  ROSEAU_CHECK(tracker);
+  instruments.push_back(make_speaking(std::move(*tracker), seed));
+  instruments.push_back(make_speaking(std::make_shared<LedBoard>("led_board", LedBoardOptions{}, seed), seed));
+  return instruments;
 }
 
 Result<void> simulate(const Scene& scene, double seconds, StreamTable& streams, SampleSink& sink) {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/emulated_instrument.h"
 #include "core/source.h"
 #include "synthesis/scene.h"
 
@@ -36,6 +37,10 @@ class SimulatedRig {
 
   /// The same devices, `seconds` of the scene each, as fast as they are read.
   std::vector<std::unique_ptr<SampleSource>> sources(double seconds) const;
+
+  /// The scene's instruments on serial lines, to be spoken to as the real ones: "sonic", "tracker", "led_board", as far as the
+  /// scene has them. Thread rule of EmulatedInstrument, each by itself.
+  std::vector<std::unique_ptr<EmulatedInstrument>> emulated_instruments() const;
 
   /// All devices as one source ("rig"), in order of arrival time.
   std::unique_ptr<SampleSource> merged_source(double seconds) const;
