@@ -55,6 +55,7 @@ struct Coverage::Extent {
 Coverage::Coverage(int width, int height)
     : steps_((static_cast<std::size_t>(width) + 2) * static_cast<std::size_t>(height)),
       stride_(static_cast<std::size_t>(width) + 2) {
+  reach_.resize(static_cast<std::size_t>(height));
   for (auto& scratch : scratch_) scratch.reserve(2 * kMaxCorners);
 }
 
@@ -74,6 +75,7 @@ bool Coverage::begin(std::span<const ImagePoint> outline, const PixelArea& clip)
   };
   bounds_ = {first(extent.left, clip.left), first(extent.top, clip.top), last(extent.right, clip.right),
              last(extent.bottom, clip.bottom)};
+  std::fill_n(reach_.begin(), bounds_.bottom - bounds_.top, Reach{.first = bounds_.right - bounds_.left, .last = -1});
   add(outline, extent);
   return true;
 }
@@ -116,22 +118,26 @@ void Coverage::add_clipped(std::span<const ImagePoint> outline) {
 }
 
 // A piece of an edge within one row covers, of pixel i, the mean over the piece of clamp(i + 1 - x, 0, 1), times its height.
-inline void Coverage::add_piece(float* row, float x_begin, float x_end, float height) {
+inline void Coverage::add_piece(int row, float x_begin, float x_end, float height) {
   const float low = std::min(x_begin, x_end);
   const float high = std::max(x_begin, x_end);
   const int first = static_cast<int>(low);
   const int last = static_cast<int>(high);
+  float* steps = steps_.data() + static_cast<std::size_t>(row) * stride_;
+  Reach& reach = reach_[static_cast<std::size_t>(row)];
+  reach.first = std::min(reach.first, first);
+  reach.last = std::max(reach.last, last + 1);
   // Most pieces lie within one pixel. Upright ones, too, where the general formula would divide rounding errors by next to
   // nothing.
   if (first == last || high - low < kUpright) {
     const float middle = 0.5F * (low + high);
     const int pixel = static_cast<int>(middle);
     const float share = height * (static_cast<float>(pixel + 1) - middle);
-    row[pixel] += share;
-    row[pixel + 1] += height - share;
+    steps[pixel] += share;
+    steps[pixel + 1] += height - share;
     return;
   }
-  add_long_piece(row, low, high, height);
+  add_long_piece(steps, low, high, height);
 }
 
 // What lies to the right of an edge is covered; an edge that goes up takes away what one that goes down has added.
@@ -146,13 +152,13 @@ void Coverage::add_edge(ImagePoint from, ImagePoint to) {
   for (int row = static_cast<int>(from.y); row <= last; ++row) {
     const float next_y = std::min(static_cast<float>(row + 1), to.y);
     const float next_x = next_y == to.y ? to.x : from.x + (next_y - from.y) * slope;
-    add_piece(steps_.data() + static_cast<std::size_t>(row) * stride_, x, next_x, direction * (next_y - y));
+    add_piece(row, x, next_x, direction * (next_y - y));
     x = next_x;
     y = next_y;
   }
 }
 
-void Coverage::add_long_piece(float* row, float low, float high, float height) {
+void Coverage::add_long_piece(float* steps, float low, float high, float height) {
   const int first = static_cast<int>(low);
   const int last = static_cast<int>(high);
   const float density = height / (high - low);
@@ -160,10 +166,10 @@ void Coverage::add_long_piece(float* row, float low, float high, float height) {
   for (int i = first; i <= last; ++i) {
     const float c = static_cast<float>(i + 1);
     const float covered = density * (ramp_integral(c - low) - ramp_integral(c - high));
-    row[i] += covered - before;
+    steps[i] += covered - before;
     before = covered;
   }
-  row[last + 1] += height - before;
+  steps[last + 1] += height - before;
 }
 
 }  // namespace roseau::render

@@ -49,29 +49,38 @@ class Coverage {
   void add(std::span<const ImagePoint> outline, const Extent& extent);
   void add_clipped(std::span<const ImagePoint> outline);
   void add_edge(ImagePoint from, ImagePoint to);
-  static void add_piece(float* row, float x_begin, float x_end, float height);
-  static void add_long_piece(float* row, float low, float high, float height);
+  void add_piece(int row, float x_begin, float x_end, float height);
+  static void add_long_piece(float* steps, float low, float high, float height);
 
   // Changes of the covered share from one pixel to the next, `stride_` floats a row; bounds_ says which part is in use.
   // Zero but between begin() and sweep().
   std::vector<float> steps_;
   std::size_t stride_ = 0;
+  // Per row of the bounds, the first and last column where the share changes: next to a slanting twig most columns are empty.
+  struct Reach {
+    int first = 0;
+    int last = 0;
+  };
+  std::vector<Reach> reach_;
   PixelArea bounds_;
   std::vector<ImagePoint> scratch_[2];
 };
 
 template <class Paint>
 void Coverage::sweep(const Paint& paint) {
-  const auto width = static_cast<std::size_t>(bounds_.right - bounds_.left);
+  const int width = bounds_.right - bounds_.left;
   for (int y = bounds_.top; y < bounds_.bottom; ++y) {
+    const auto [first, last] = reach_[static_cast<std::size_t>(y - bounds_.top)];
+    if (first > last) continue;
     float* row = steps_.data() + static_cast<std::size_t>(y - bounds_.top) * stride_;
+    const int end = std::min(last + 1, width);
     float share = 0;
-    for (std::size_t x = 0; x < width; ++x) {
+    for (int x = first; x < end; ++x) {
       share += row[x];
       row[x] = std::min(share < 0 ? -share : share, 1.0F);
     }
-    paint(y, bounds_.left, std::span<const float>(row, width));
-    std::fill_n(row, width + 2, 0.0F);
+    paint(y, bounds_.left + first, std::span<const float>(row + first, row + end));
+    std::fill(row + first, row + last + 1, 0.0F);
   }
 }
 
