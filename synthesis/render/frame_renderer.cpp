@@ -68,7 +68,7 @@ struct FrameRenderer::Workshop {
         moment(scene->rest()) {}
 
   void draw_tap(double tap_start_s, double tap_share, double duration_s, const MomentAt& moment_at);
-  void draw_band(int top, int bottom, double time_s, double board_start_s, double duration_s, const MomentAt& moment_at);
+  void draw_band(int top, int bottom, double time_s, double board_start_s, double duration_s);
 
   std::shared_ptr<const VisibleScene> scene;
   CameraOptions options;
@@ -83,10 +83,9 @@ struct FrameRenderer::Workshop {
   SceneMoment moment;
 };
 
-// `board_start_s`: scene time at which row 0 begins its exposure, whichever tap this is: the board is integrated exactly.
-void FrameRenderer::Workshop::draw_band(int top, int bottom, double time_s, double board_start_s, double duration_s,
-                                        const MomentAt& moment_at) {
-  moment_at(time_s, moment);
+// Rows [top, bottom) as they are at `moment`, the scene's state at `time_s`. `board_start_s`: scene time at which row 0 begins
+// its exposure, whichever tap this is: the board is integrated exactly.
+void FrameRenderer::Workshop::draw_band(int top, int bottom, double time_s, double board_start_s, double duration_s) {
   BoardExposure board;
   if (scene->description().led_board) {
     const double tick_s = scene->description().led_board->tick_duration_s;
@@ -100,15 +99,16 @@ void FrameRenderer::Workshop::draw_band(int top, int bottom, double time_s, doub
 }
 
 void FrameRenderer::Workshop::draw_tap(double start_s, double tap_share, double duration_s, const MomentAt& moment_at) {
-  const double offset_s = tap_share * duration_s;
-  const int rows = options.line_delay_s > 0 ? static_cast<int>(std::min(options.band_rows, 16384U)) : picture.height;
-  const double middle_s = start_s + offset_s + options.line_delay_s * (picture.height - 1) / 2;
-  moment_at(middle_s, moment);
-  backdrop.paint(middle_s, moment.background_sway, picture);
+  const bool rolling = options.line_delay_s > 0;
+  const int rows = rolling ? static_cast<int>(std::min(options.band_rows, kLargest_px)) : picture.height;
+  const auto time_of_row = [&](double row) { return start_s + tap_share * duration_s + options.line_delay_s * row; };
   for (int top = 0; top < picture.height; top += rows) {
     const int bottom = std::min(top + rows, picture.height);
-    const double band_s = start_s + offset_s + options.line_delay_s * (top + bottom - 1) / 2;
-    draw_band(top, bottom, band_s, start_s, duration_s, moment_at);
+    const double band_s = time_of_row((top + bottom - 1) / 2.0);
+    moment_at(band_s, moment);
+    // The landscape moves too slowly to be drawn in bands.
+    if (top == 0) backdrop.paint(time_of_row((picture.height - 1) / 2.0), moment.background_sway, picture);
+    draw_band(top, bottom, band_s, start_s, duration_s);
   }
 }
 

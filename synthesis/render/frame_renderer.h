@@ -25,9 +25,11 @@ class FrameRenderer {
   FrameRenderer& operator=(FrameRenderer&&) noexcept;
   ~FrameRenderer();
 
-  /// Picture number `frame`, exposed from `exposure_start_s` (of its first row) for `exposure_duration_s`. `moment_at` is asked
-  /// for the scene at times within that, ascending. Rows lie row_bytes() apart. The result is a function of the scene, the
-  /// camera and these arguments alone; frames may be made in any order. Allocates nothing. One thread at a time.
+  /// Picture number `frame`, exposed from `exposure_start_s` (of its first row) for `exposure_duration_s` (above 0).
+  /// `moment_at` is asked for the scene once per exposure tap, at ascending times within the exposure; with a rolling shutter
+  /// once per tap and band, from the first band on for each tap. Rows lie row_bytes() apart. The result is a function of the
+  /// scene, the camera and these arguments alone; frames may be made in any order. Allocates nothing once the first frames are
+  /// made. One thread at a time.
   void render(std::uint64_t frame, double exposure_start_s, double exposure_duration_s, const MomentAt& moment_at,
               std::span<std::byte> pixels);
 

@@ -229,15 +229,16 @@ TEST(Accuracy, LeavesTurnWithTheirNode) {
   const double along = 0.4773;
   const Vec2 rest = centroid(flat, kGround, {159.5 + 24 + 18, 119.5}, 20);
   EXPECT_NEAR(rest.x, projection.project({0.2 + along * 0.3, 0, 2}).x, 0.1);
-  // A quarter turn about the line of sight (y, north): east goes down.
+  // An eighth of a turn about the line of sight (y, north): what lies east goes down.
   const Pixels turned = render(camera, [](double, SceneMoment& moment) {
-    moment.rotation_rad[2] = {0, std::numbers::pi / 2, 0};
+    moment.rotation_rad[2] = {0, std::numbers::pi / 4, 0};
   });
-  const Vec2 below = projection.project({0, 0, 2 - 0.2 - along * 0.3});
-  EXPECT_GT(turned.at(static_cast<std::size_t>(std::lround(below.x)), static_cast<std::size_t>(std::lround(below.y))),
-            kGround + 5);
-  EXPECT_NEAR(flat.at(static_cast<std::size_t>(std::lround(below.x)) + 18, static_cast<std::size_t>(std::lround(below.y))),
-              kGround, 1);
+  const double reach_m = (0.2 + along * 0.3) * std::numbers::sqrt2 / 2;
+  const Vec2 there = projection.project({reach_m, 0, 2 - reach_m});
+  const Vec2 drawn = centroid(turned, kGround, there, 19);
+  // Along the blade; across it, its halves are of different tone.
+  EXPECT_NEAR((drawn.x - there.x + drawn.y - there.y) / std::numbers::sqrt2, 0, 0.1);
+  EXPECT_NEAR((drawn.x - there.x - drawn.y + there.y) / std::numbers::sqrt2, 0, 1.5);
 }
 
 TEST(Accuracy, AnExposureBlursWhatMovesAndNothingElse) {

@@ -141,7 +141,7 @@ TEST(FrameRenderer, CloudsHedgeAndLightChangeWithTimeAndNothingElseAtRest) {
   EXPECT_EQ(calm.bytes, render(still, kRest, 0.4).bytes);
 }
 
-TEST(FrameRenderer, AsksForMomentsWithinTheExposureOnly) {
+TEST(FrameRenderer, AsksForOneMomentPerTapAndBandWithinTheExposure) {
   const auto scene = build(plain_scene());
   CameraOptions options = clean();
   options.exposure_taps = 4;
@@ -149,9 +149,21 @@ TEST(FrameRenderer, AsksForMomentsWithinTheExposureOnly) {
   std::vector<double> asked;
   render(
       camera, [&asked](double t, SceneMoment&) { asked.push_back(t); }, 2);
+  ASSERT_EQ(asked.size(), 4U);
   EXPECT_TRUE(std::ranges::is_sorted(asked));
   EXPECT_NEAR(asked.front(), 2 + kExposure_s / 8, 1e-12);
   EXPECT_NEAR(asked.back(), 2 + kExposure_s * 7 / 8, 1e-12);
+
+  asked.clear();
+  options.exposure_taps = 1;
+  options.line_delay_s = 1e-5;
+  options.band_rows = 50;  // of 120: bands of 50, 50 and 20
+  FrameRenderer rolling = renderer(scene, small_camera(), options);
+  render(
+      rolling, [&asked](double t, SceneMoment&) { asked.push_back(t); }, 2);
+  ASSERT_EQ(asked.size(), 3U);
+  EXPECT_NEAR(asked[0], 2 + kExposure_s / 2 + 24.5e-5, 1e-12);
+  EXPECT_NEAR(asked[2], 2 + kExposure_s / 2 + 109.5e-5, 1e-12);
 }
 
 TEST(FrameRenderer, RefusesWhatItCannotDraw) {
