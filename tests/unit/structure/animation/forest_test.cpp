@@ -46,7 +46,8 @@ std::vector<TreeInstance> stand(std::size_t count) {
   std::vector<TreeInstance> trees(count);
   for (std::size_t k = 0; k < count; ++k) {
     const double half_turn = 0.37 * static_cast<double>(k);
-    trees[k].position_in_world_m = {5 * static_cast<double>(k % 10), 7 * static_cast<double>(k / 10), 0};
+    const std::size_t row = k / 10;
+    trees[k].position_in_world_m = {5 * static_cast<double>(k % 10), 7 * static_cast<double>(row), 0};
     trees[k].world_from_tree = {std::cos(half_turn), 0, 0, std::sin(half_turn)};
   }
   return trees;
