@@ -33,7 +33,7 @@ struct RootPair {
 
 /// Complex roots with their conjugates; real ones (of overdamped modes) with the real one of the most similar shape.
 std::vector<RootPair> pair_roots(const Eigen::EigenSolver<Eigen::MatrixXd>& solver) {
-  const Eigen::VectorXcd roots = solver.eigenvalues();
+  const Eigen::VectorXcd& roots = solver.eigenvalues();
   const Eigen::MatrixXcd shapes = solver.eigenvectors().topRows(roots.size() / 2).colwise().normalized();
   std::vector<RootPair> pairs;
   std::vector<Eigen::Index> real;
