@@ -116,8 +116,9 @@ TEST(Coverage, IsTheShareOfManyPointsInside) {
       for (std::size_t x = 0; x < kSize; ++x) {
         int inside = 0;
         for (int k = 0; k < kFine * kFine; ++k) {
+          const int row_of_points = k / kFine;
           const double px = static_cast<double>(x) - 0.5 + (k % kFine + 0.5) / kFine;
-          const double py = static_cast<double>(y) - 0.5 + (static_cast<double>(k / kFine) + 0.5) / kFine;
+          const double py = static_cast<double>(y) - 0.5 + (row_of_points + 0.5) / kFine;
           int sides = 0;
           for (std::size_t c = 0; c < 3; ++c) {
             const ImagePoint& a = triangle.at(c);
