@@ -202,7 +202,7 @@ void DragLoad::add_force(const Group& group, std::span<const Vec3> air_mps, cons
     x *= factor_;
     y *= factor_;
     z *= factor_;
-    force.noalias() += shapes.transpose() * relative_;
+    for (Eigen::Index mode = 0; mode < mode_count_; ++mode) force[mode] += shapes.col(mode).dot(relative_);
   }
 }
 

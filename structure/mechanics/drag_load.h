@@ -93,8 +93,8 @@ class DragLoad {
   std::vector<Vec3> points_;
   Group wood_;
   Group foliage_;
-  Eigen::Matrix<double, kRows, 1> relative_;
-  Eigen::Array<double, kBlock, 1> factor_;
+  Eigen::VectorXd relative_ = Eigen::VectorXd::Zero(kRows);  // of one block: velocity of the air past the tree, then the drag
+  Eigen::ArrayXd factor_ = Eigen::ArrayXd::Zero(kBlock);
 };
 
 }  // namespace roseau::structure
