@@ -34,11 +34,21 @@ using nlohmann::ordered_json;
 using structure::BeamStructure;
 using structure::DragLoad;
 using structure::ModalModel;
-using structure::Modes;
 using structure::TreeModel;
 
 constexpr std::size_t kModes = 25;
 constexpr int kRounds = 3;  // the best one counts: the others had company on the machine
+
+template <class Work>
+double microseconds_per_call(int calls, Work&& work) {
+  double best_s = 1e9;
+  for (int round = 0; round < kRounds; ++round) {
+    const double begin_s = thread_cpu_seconds();
+    for (int i = 0; i < calls; ++i) work(i);
+    best_s = std::min(best_s, (thread_cpu_seconds() - begin_s) / calls);
+  }
+  return 1e6 * best_s;
+}
 
 // ---- modes --------------------------------------------------------------------------------------------------------------
 
@@ -146,22 +156,15 @@ Result<void> add_closed_forms(ordered_json& figures) {
 Result<ordered_json> modes() {
   const auto tree = bench_tree();
   if (!tree) return tree.error();
-  double assembly_s = 1e9;
-  double search_s = 1e9;
-  std::optional<BeamStructure> structure;
-  std::optional<Modes> found;
-  for (int round = 0; round < kRounds; ++round) {
-    const double begin_s = thread_cpu_seconds();
-    auto assembled = structure::assemble_beams(*tree, {});
-    if (!assembled) return assembled.error();
-    const double assembled_s = thread_cpu_seconds();
-    auto modes = structure::first_modes(*assembled, {.mode_count = kModes});
-    if (!modes) return modes.error();
-    assembly_s = std::min(assembly_s, assembled_s - begin_s);
-    search_s = std::min(search_s, thread_cpu_seconds() - assembled_s);
-    structure = std::move(*assembled);
-    found = std::move(*modes);
-  }
+  const auto structure = structure::assemble_beams(*tree, {});
+  if (!structure) return structure.error();
+  const auto found = structure::first_modes(*structure, {.mode_count = kModes});
+  if (!found) return found.error();
+  const double assembly_s =
+      1e-6 * microseconds_per_call(1, [&tree](int) { static_cast<void>(structure::assemble_beams(*tree, {})); });
+  const double search_s = 1e-6 * microseconds_per_call(1, [&structure](int) {
+                            static_cast<void>(structure::first_modes(*structure, {.mode_count = kModes}));
+                          });
   const auto hz = [&found](Eigen::Index mode) { return std::sqrt(found->stiffness_per_s2[mode]) / (2 * std::numbers::pi); };
   ordered_json figures{{"case", "modes"},
                        {"tree", tree->name},
@@ -219,17 +222,6 @@ Result<TreeModel> tree_of_500_nodes() {
     if (!tree || tree->nodes.size() <= 500) return tree;
   }
   return structure::grow_tree(options);
-}
-
-template <class Work>
-double microseconds_per_call(int calls, Work&& work) {
-  double best_s = 1e9;
-  for (int round = 0; round < kRounds; ++round) {
-    const double begin_s = thread_cpu_seconds();
-    for (int i = 0; i < calls; ++i) work(i);
-    best_s = std::min(best_s, (thread_cpu_seconds() - begin_s) / calls);
-  }
-  return 1e6 * best_s;
 }
 
 Result<void> add_differences(DragLoad& load, const TreeModel& tree, ordered_json& figures) {
