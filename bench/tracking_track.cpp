@@ -1,15 +1,15 @@
 // What tracking one 1280x1024 frame with some 500 points costs, by part, and how near the truth it comes: the simulated rig's
-// large camera, whose branch moves as it does in the demo.
+// large camera, whose tree moves as it does in the demo.
 #include <time.h>
 
 #include <array>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "bench/bench.h"
-#include "synthesis/camera/frame_renderer.h"
-#include "synthesis/rig/world.h"
+#include "synthesis/rig/camera_view.h"
 #include "tracking/camera_tracker.h"
 
 namespace roseau::bench {
@@ -63,33 +63,30 @@ class LargeCamera {
     Sample sample;
     Vec2 displacement_px;
   };
-  explicit LargeCamera(StreamId stream) : stream_(stream), pool_(2, renderer_.frame_bytes()) {}
+  LargeCamera(StreamId stream, std::shared_ptr<const synthesis::World> world)
+      : stream_(stream), world_(std::move(world)), view_(world_, 0), pool_(2, view_.frame_bytes()) {}
 
-  const synthesis::CameraScene& camera() const { return scene_.cameras[0]; }
-  ImageRect target() { return synthesis::target_region(scene_, camera(), branch_.deflection_m(0)); }
+  ImageRect target() const { return world_->target_region(target_of_scene(), 0, {}); }
 
   Picture next() {
-    const double time_s = index_ / camera().rate_hz;
-    const std::array deflection_m{branch_.deflection_m(time_s)};
-    Frame frame;
-    frame.pixels = pool_.acquire();
-    frame.width = camera().width_px;
-    frame.height = camera().height_px;
-    frame.stride = static_cast<std::uint32_t>(renderer_.row_bytes());
-    frame.format = camera().format;
-    renderer_.render(deflection_m, static_cast<std::uint64_t>(index_), frame.pixels.writable_bytes());
+    const double time_s = index_ / view_.camera().rate_hz;
+    Frame frame = view_.take(static_cast<std::uint64_t>(index_), time_s, pool_);
     SampleHeader header;
     header.stream = stream_;
     header.sequence = static_cast<std::uint32_t>(index_++);
     header.sample_time = header.arrival_time = host_time_from_ns(1'000'000'000) + from_seconds(time_s);
-    return {{header, std::move(frame)}, synthesis::target_displacement_px(scene_, camera(), deflection_m[0])};
+    Eigen::VectorXd amplitudes;
+    world_->tree_motion().amplitudes(time_s, amplitudes);
+    return {{header, std::move(frame)},
+            world_->target_displacement_px(target_of_scene(), 0, target_of_scene().displacement_m(amplitudes))};
   }
 
  private:
+  const synthesis::PlacedTarget& target_of_scene() const { return world_->targets().front(); }
+
   StreamId stream_;
-  synthesis::Scene scene_ = synthesis::large_camera_scene();
-  synthesis::FrameRenderer renderer_{scene_, 0};
-  synthesis::BranchMotion branch_ = synthesis::World(scene_).branch_motion();
+  std::shared_ptr<const synthesis::World> world_;
+  synthesis::CameraView view_;
   FramePool pool_;
   int index_ = 0;
 };
@@ -97,7 +94,9 @@ class LargeCamera {
 Result<nlohmann::ordered_json> track() {
   StreamTable streams;
   const StreamId images = streams.add({.topic = "/camera0/image", .kind = "frame", .device = "camera0"});
-  LargeCamera source(images);
+  auto world = synthesis::World::build(synthesis::large_camera_scene());
+  if (!world) return world.error();
+  LargeCamera source(images, std::move(*world));
   tracking::TrackerOptions options;
   options.targets = {{"branch", source.target()}};
   options.feature_count = 620;  // some find no place in this picture: 500 are left

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "daemon/host_clock.h"
-#include "daemon/text_file.h"
+#include "daemon/scene_file.h"
 #include "drivers/camera/file/video_file.h"
 #include "drivers/led_sync/led_board_source.h"
 #include "drivers/link/link_spec.h"
@@ -62,10 +62,11 @@ Result<void> add_led_boards(const Config& config, Sources& sources) {
 Result<void> add_simulation(const SimulationConfig& simulation, Sources& sources) {
   auto scene = load_scene(simulation.scene, simulation.seed);
   if (!scene) return scene.error();
-  const synthesis::SimulatedRig rig(*scene);
-  sources.sources = rig.live_sources({.now = host_now});
+  const auto rig = synthesis::SimulatedRig::create(*scene);
+  if (!rig) return rig.error();
+  sources.sources = rig->live_sources({.now = host_now});
   for (std::size_t i = 0; i < scene->cameras.size(); ++i) sources.cameras.push_back("camera" + std::to_string(i));
-  sources.first_actions = scene_targets(*scene);
+  sources.first_actions = rig->targets();
   return {};
 }
 
@@ -85,38 +86,6 @@ Result<Sources> make_sources(const Config& config) {
                  "(config/reference.toml)"};
   }
   return sources;
-}
-
-Result<synthesis::Scene> load_scene(const std::filesystem::path& path, std::optional<std::uint64_t> seed) {
-  synthesis::Scene scene;
-  if (!path.empty()) {
-    const auto text = read_text_file(path);
-    if (!text) return text.error().with_context("scene");
-    auto read = synthesis::scene_from_toml(*text, path.string());
-    if (!read) return read.error();
-    scene = std::move(*read);
-  }
-  if (seed) scene.seed = *seed;
-  if (auto checked = synthesis::check(scene); !checked) return checked.error();
-  return scene;
-}
-
-std::string scene_config_text() {
-  // The branch swings east-west: the wind that pushes it to the right comes from the west.
-  return "name = \"simulation\"\n\n[estimation]\nimage_plane_direction_deg = 270.0\n";
-}
-
-std::vector<OperatorAction> scene_targets(const synthesis::Scene& scene) {
-  std::vector<OperatorAction> actions;
-  for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
-    OperatorAction action;
-    action.kind = OperatorAction::Kind::add_target;
-    action.text = "branch";
-    action.camera = "camera" + std::to_string(i);
-    action.region = synthesis::target_region(scene, scene.cameras[i], scene.branch.mean_deflection_m);
-    actions.push_back(std::move(action));
-  }
-  return actions;
 }
 
 }  // namespace roseau::daemon

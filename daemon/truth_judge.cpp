@@ -63,39 +63,23 @@ void TruthJudge::see(const Sample& sample) {
 void TruthJudge::see_sample_time(const std::string& topic, const Sample& sample) {
   const bool is_truth = topic.starts_with(kTruth);
   const std::string_view twin = std::string_view(topic).substr(is_truth ? kTruth.size() : 0);
-  if (constexpr std::string_view kExposure = "/exposure"; is_truth && twin.ends_with(kExposure)) {
-    see_frame_time(std::string(twin.substr(1, twin.size() - 1 - kExposure.size())), sample.header, true);
-  } else if (constexpr std::string_view kImage = "/image"; sample.kind() == SampleKind::frame && twin.ends_with(kImage)) {
-    see_frame_time(std::string(twin.substr(1, twin.size() - 1 - kImage.size())), sample.header, false);
-  } else if (sample.kind() == SampleKind::wind && twin != "/wind") {
-    const auto known = sample_times_.find(std::string(twin));
-    if (is_truth) {
-      const double rate_hz = rate_of(streams_.info(sample.header.stream));
-      auto& times = known != sample_times_.end()
-                        ? known->second
-                        : sample_times_.try_emplace(std::string(twin), from_seconds(0.5 / rate_hz)).first->second;
-      times.truth(sample.header.sample_time);
-    } else if (known != sample_times_.end()) {
-      known->second.sample(sample.header.sample_time);
-    }
+  // A frame itself is gone by the time that anything is seen here; what was tracked in it has its times.
+  const std::string_view ending = sample.kind() == SampleKind::wind ? "/wind" : is_truth ? "/exposure" : "/motion";
+  const bool tells =
+      sample.kind() == SampleKind::wind || sample.kind() == (is_truth ? SampleKind::clock_state : SampleKind::image_motion);
+  if (!tells || !twin.ends_with(ending) || twin.size() <= ending.size()) return;
+  const std::string device(twin.substr(1, twin.size() - 1 - ending.size()));
+  auto known = sample_times_.find(device);
+  if (is_truth && known == sample_times_.end()) {
+    const Duration reach = from_seconds(0.5 / rate_of(streams_.info(sample.header.stream)));
+    known = sample_times_.try_emplace(device, reach).first;
   }
-}
-
-void TruthJudge::see_frame_time(const std::string& camera, const SampleHeader& header, bool is_truth) {
-  if (!is_truth && !frame_times_.contains(camera)) return;  // no truth, or none yet
-  FrameTimes& times = frame_times_[camera];
-  auto& mine = is_truth ? times.truth : times.frames;
-  auto& theirs = is_truth ? times.frames : times.truth;
-  if (const auto twin = theirs.find(header.sequence); twin != theirs.end()) {
-    const Duration difference = header.sample_time - twin->second;
-    times.errors_s.push_back(to_seconds(is_truth ? -difference : difference));
-    theirs.erase(twin);
+  if (known == sample_times_.end()) return;
+  if (is_truth) {
+    known->second.truth(sample.header.sample_time);
   } else {
-    mine.emplace(header.sequence, header.sample_time);
+    known->second.sample(sample.header.sample_time);
   }
-  const auto is_old = [&header](const auto& other) { return other.second < header.sample_time - kKeep; };
-  std::erase_if(mine, is_old);
-  std::erase_if(theirs, is_old);
 }
 
 void TruthJudge::see_displacement(const std::string& topic, const Sample& sample, const Displacement& displacement) {
@@ -180,13 +164,11 @@ std::map<std::string, ErrorFigures> TruthJudge::figures() const {
     figures[quantity] = figures_of(pair.errors, pair.about_mean);
     figures[quantity].unit = pair.unit;
   }
-  const auto add_clock = [&figures](const std::string& device, const std::vector<double>& errors_s) {
-    if (errors_s.empty()) return;
-    figures["clock/" + device] = figures_of(errors_s, false);
+  for (const auto& [device, times] : sample_times_) {
+    if (times.errors_s().empty()) continue;
+    figures["clock/" + device] = figures_of(times.errors_s(), false);
     figures["clock/" + device].unit = "s";
-  };
-  for (const auto& [camera, times] : frame_times_) add_clock(camera, times.errors_s);
-  for (const auto& [topic, times] : sample_times_) add_clock(topic.substr(1, topic.find('/', 1) - 1), times.errors_s());
+  }
   return figures;
 }
 

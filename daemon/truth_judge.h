@@ -5,9 +5,8 @@
 //   /truth/target/branch/identification         against  /<camera>/target/branch/identification (natural frequency)
 //   /truth/wind                                 against  accepted, calibrated wind estimates, as the component along the
 //                                                        direction their calibration names
-//   /truth/camera0/exposure                     against  the sample times that the frames of /camera0/image were given
-//   /truth/sonic/wind                           against  the sample times of /sonic/wind (the nearest ones)
-//   /truth/tracker/station1/pose                against  /tracker/station1/pose: sample times, positions
+//   /truth/camera0/exposure                     against  the sample times that the frames of camera0 were given, the nearest
+//   /truth/sonic/wind                           against  the sample times of /sonic/wind, the nearest
 #pragma once
 
 #include <map>
@@ -53,19 +52,12 @@ class TruthJudge {
     bool about_mean = false;
     std::string unit;
   };
-  // Exposure midpoints by frame number, those that wait for their twin.
-  struct FrameTimes {
-    std::map<std::uint32_t, HostTime> truth;
-    std::map<std::uint32_t, HostTime> frames;
-    std::vector<double> errors_s;
-  };
   struct TimedWind {
     HostTime time;
     WindSample wind;
   };
 
   void see_sample_time(const std::string& topic, const Sample& sample);
-  void see_frame_time(const std::string& camera, const SampleHeader& header, bool is_truth);
   void see_displacement(const std::string& topic, const Sample& sample, const Displacement& displacement);
   void see_identification(const std::string& topic, const Identification& identification);
   void see_truth_wind(const Sample& sample, const WindSample& wind);
@@ -79,8 +71,7 @@ class TruthJudge {
   std::map<std::string, double> wind_direction_deg_;  // by target, from its calibration
   std::vector<TimedWind> true_wind_;                  // the last seconds
   double true_wind_north_offset_deg_ = 0;
-  std::map<std::string, NearestTruth> sample_times_;  // by topic, of streams that have a true twin
-  std::map<std::string, FrameTimes> frame_times_;     // by camera
+  std::map<std::string, NearestTruth> sample_times_;  // by device, of those that have true times
 };
 
 }  // namespace roseau::daemon

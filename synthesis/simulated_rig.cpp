@@ -1,18 +1,20 @@
 #include "synthesis/simulated_rig.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 #include <optional>
 #include <thread>
 #include <utility>
 
-#include "core/check.h"
 #include "synthesis/instruments/led_board.h"
 #include "synthesis/instruments/magnetic_tracker.h"
 #include "synthesis/instruments/sonic.h"
 #include "synthesis/instruments/speaking_instrument.h"
 #include "synthesis/rig/simulated_camera.h"
 #include "synthesis/rig/simulated_truth.h"
+#include "synthesis/rig/tracker.h"
 #include "synthesis/rig/world.h"
 
 namespace roseau::synthesis {
@@ -26,10 +28,14 @@ using Devices = std::vector<std::unique_ptr<SimulatedDevice>>;
 
 Devices make_devices(const std::shared_ptr<const World>& world) {
   Devices devices;
-  for (std::size_t i = 0; i < world->scene.cameras.size(); ++i) devices.push_back(std::make_unique<SimulatedCamera>(world, i));
-  devices.push_back(
-      make_sonic_device(std::make_shared<Sonic>("sonic", world->scene.sonic, world->scene.seed, world), world->scene.seed));
-  if (world->scene.truth.enabled) devices.push_back(std::make_unique<SimulatedTruth>(world));
+  const Scene& scene = world->scene();
+  for (std::size_t i = 0; i < scene.cameras.size(); ++i) devices.push_back(std::make_unique<SimulatedCamera>(world, i));
+  devices.push_back(make_sonic_device(std::make_shared<Sonic>("sonic", scene.sonic, scene.seed, world), scene.seed));
+  if (auto tracker = make_tracker(world)) devices.push_back(make_magnetic_tracker_device(std::move(tracker), scene.seed));
+  if (world->led_board() != nullptr) {
+    devices.push_back(make_led_board_device({world, world->led_board()}, scene.seed));
+  }
+  if (scene.truth.enabled) devices.push_back(std::make_unique<SimulatedTruth>(world));
   return devices;
 }
 
@@ -106,7 +112,24 @@ class SimulatedSource final : public SampleSource {
 
 }  // namespace
 
-SimulatedRig::SimulatedRig(const Scene& scene) : world_(std::make_shared<World>(scene)) {}
+Result<SimulatedRig> SimulatedRig::create(const Scene& scene) {
+  auto world = World::build(scene);
+  if (!world) return world.error();
+  return SimulatedRig(std::move(*world));
+}
+
+std::vector<OperatorAction> SimulatedRig::targets() const {
+  std::vector<OperatorAction> actions;
+  for (std::size_t camera = 0; camera < world_->scene().cameras.size(); ++camera) {
+    for (const PlacedTarget& target : world_->targets()) {
+      actions.push_back({.kind = OperatorAction::Kind::add_target,
+                         .text = target.name,
+                         .camera = fmt::format("camera{}", camera),
+                         .region = world_->target_region(target, camera, {})});
+    }
+  }
+  return actions;
+}
 
 std::vector<std::unique_ptr<SampleSource>> SimulatedRig::live_sources(const Pacing& pacing) const {
   Devices devices = make_devices(world_);  // takes a second or so: the scene starts when all is ready
@@ -132,19 +155,18 @@ std::unique_ptr<SampleSource> SimulatedRig::merged_source(double seconds) const 
 }
 
 std::vector<std::unique_ptr<EmulatedInstrument>> SimulatedRig::emulated_instruments() const {
-  const std::uint64_t seed = world_->scene.seed;
+  const Scene& scene = world_->scene();
   std::vector<std::unique_ptr<EmulatedInstrument>> instruments;
-  instruments.push_back(make_speaking(std::make_shared<Sonic>("sonic", world_->scene.sonic, seed, world_), seed));
-  auto tracker = MagneticTracker::make("tracker", {}, seed, world_);
-  ROSEAU_CHECK(tracker);
-  instruments.push_back(make_speaking(std::move(*tracker), seed));
-  instruments.push_back(make_speaking(std::make_shared<LedBoard>("led_board", LedBoardOptions{}, seed), seed));
+  instruments.push_back(make_speaking(std::make_shared<Sonic>("sonic", scene.sonic, scene.seed, world_), scene.seed));
+  if (auto tracker = make_tracker(world_)) instruments.push_back(make_speaking(std::move(tracker), scene.seed));
+  if (const LedBoard* board = world_->led_board()) {
+    instruments.push_back(make_speaking(std::shared_ptr<const LedBoard>(world_, board), scene.seed));
+  }
   return instruments;
 }
 
-Result<void> simulate(const Scene& scene, double seconds, StreamTable& streams, SampleSink& sink) {
-  if (auto checked = check(scene); !checked) return checked;
-  const auto source = SimulatedRig(scene).merged_source(seconds);
+Result<void> simulate(const SimulatedRig& rig, double seconds, StreamTable& streams, SampleSink& sink) {
+  const auto source = rig.merged_source(seconds);
   if (auto opened = source->open(streams); !opened) return opened;
   while (true) {
     const auto status = source->read(sink, std::chrono::milliseconds(100));

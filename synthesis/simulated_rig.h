@@ -27,8 +27,8 @@ class SimulatedRig {
   /// When simulated time begins.
   static constexpr HostTime kSimulatedStart = host_time_from_ns(1'000'000'000);
 
-  /// check(scene) must have passed.
-  explicit SimulatedRig(const Scene& scene);
+  /// Takes a second or so. Error: what the scene cannot be: see World::build().
+  static Result<SimulatedRig> create(const Scene& scene);
 
   /// "camera0", "camera1", "sonic", "truth": never ending; the scene starts now. A camera whose reader falls behind by more
   /// than half a second, or finds no free buffer, loses frames, as a real one does; the gap shows in their sequence. A source
@@ -45,12 +45,17 @@ class SimulatedRig {
   /// All devices as one source ("rig"), in order of arrival time.
   std::unique_ptr<SampleSource> merged_source(double seconds) const;
 
+  /// What an operator would mark in the pictures: the scene's targets, in every camera.
+  std::vector<OperatorAction> targets() const;
+
  private:
+  explicit SimulatedRig(std::shared_ptr<const World> world) : world_(std::move(world)) {}
+
   std::shared_ptr<const World> world_;
 };
 
-/// Writes `seconds` of the scene to `sink`, all streams in order of arrival time, then flushes it. A sample that the sink
+/// Writes `seconds` of the rig to `sink`, all streams in order of arrival time, then flushes it. A sample that the sink
 /// refuses is the sink's to count.
-Result<void> simulate(const Scene& scene, double seconds, StreamTable& streams, SampleSink& sink);
+Result<void> simulate(const SimulatedRig& rig, double seconds, StreamTable& streams, SampleSink& sink);
 
 }  // namespace roseau::synthesis

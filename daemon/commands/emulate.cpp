@@ -12,7 +12,7 @@
 #include "daemon/commands.h"
 #include "daemon/commands/failure.h"
 #include "daemon/host_clock.h"
-#include "daemon/sources.h"
+#include "daemon/scene_file.h"
 #include "daemon/stop_signals.h"
 #include "drivers/link/link_spec.h"
 #include "replay/emulator.h"
@@ -103,7 +103,9 @@ int emulate_command(const EmulateArguments& arguments) {
   const StopSignals signals;
   const auto scene = load_scene(arguments.scene.value_or(""), arguments.seed);
   if (!scene) return failed(scene.error());
-  auto emulators = make_emulators(arguments, synthesis::SimulatedRig(*scene));
+  const auto rig = synthesis::SimulatedRig::create(*scene);
+  if (!rig) return failed(rig.error());
+  auto emulators = make_emulators(arguments, *rig);
   if (!emulators) return failed(emulators.error());
   for (const auto& emulator : *emulators) {
     fmt::print(stderr, "{}: {}\n", emulator.name(), emulator.description());

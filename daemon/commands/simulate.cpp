@@ -7,7 +7,7 @@
 #include "daemon/commands.h"
 #include "daemon/commands/failure.h"
 #include "daemon/progress.h"
-#include "daemon/sources.h"
+#include "daemon/scene_file.h"
 #include "daemon/version.h"
 #include "recorder/recorder.h"
 #include "synthesis/simulated_rig.h"
@@ -39,10 +39,10 @@ class ProgressSink : public SampleSink {
 };
 
 /// The targets that the scene knows of, as what an operator would have said before the first frame.
-void record_targets(const synthesis::Scene& scene, StreamTable& streams, SampleSink& sink) {
+void record_targets(const synthesis::SimulatedRig& rig, StreamTable& streams, SampleSink& sink) {
   const auto stream = streams.add({.topic = "/roseau/operator", .kind = "operator_action"});
   std::uint32_t sequence = 0;
-  for (auto& action : scene_targets(scene)) {
+  for (auto& action : rig.targets()) {
     Sample sample;
     sample.header.stream = stream;
     sample.header.sequence = sequence++;
@@ -58,6 +58,8 @@ void record_targets(const synthesis::Scene& scene, StreamTable& streams, SampleS
 int simulate_command(const SimulateArguments& arguments) {
   const auto scene = load_scene(arguments.scene.value_or(""), arguments.seed);
   if (!scene) return failed(scene.error());
+  const auto rig = synthesis::SimulatedRig::create(*scene);
+  if (!rig) return failed(rig.error());
   StreamTable streams;
   recorder::Recorder recorder(streams, {.wait_when_full = true});
   recorder::SessionDescription description;
@@ -67,8 +69,8 @@ int simulate_command(const SimulateArguments& arguments) {
   description.other["scene_seed"] = std::to_string(scene->seed);
   if (auto opened = recorder.open(arguments.output, description); !opened) return failed(opened.error());
   ProgressSink sink(recorder, arguments.seconds);
-  record_targets(*scene, streams, sink);
-  const auto simulated = synthesis::simulate(*scene, arguments.seconds, streams, sink);
+  record_targets(*rig, streams, sink);
+  const auto simulated = synthesis::simulate(*rig, arguments.seconds, streams, sink);
   if (auto closed = recorder.close(); !closed) return failed(closed.error());
   if (!simulated) return failed(simulated.error());
   const auto state = recorder.state();

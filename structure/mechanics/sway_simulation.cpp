@@ -142,6 +142,15 @@ void SwaySimulation::advance_semi_implicitly(const SemiImplicitStepper& stepper)
   end_force_ = force_;
 }
 
+void SwaySimulation::resume(const Checkpoint& checkpoint) {
+  step_count_ = checkpoint.step_count;
+  state_ = checkpoint.state;
+  force_ = checkpoint.wind_force;
+  // There is no last step to evaluate: state_at() knows its end only.
+  begin_state_ = state_;
+  begin_force_ = end_force_ = force_;
+}
+
 Eigen::VectorXd SwaySimulation::rope_force() const {
   Eigen::VectorXd force = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(model_.mode_count()));
   add_ropes(time_s(), &Rope::share_after, force);

@@ -63,6 +63,16 @@ class SwaySimulation {
   /// The state at time_s(), the end of the last step.
   const ModalState& state() const { return state_; }
   double time_s() const { return time_at(step_count_); }
+  double step_s() const { return options_.step_s; }
+
+  /// Where it stands, to come back to: what follows is the same to the bit, as long as parameters are the same.
+  struct Checkpoint {
+    std::uint64_t step_count = 0;
+    ModalState state;
+    Eigen::VectorXd wind_force;
+  };
+  Checkpoint checkpoint() const { return {step_count_, state_, force_}; }
+  void resume(const Checkpoint& checkpoint);
 
   /// The state at any time of the last step (or at its ends): with exact stepping as exact as the step itself.
   ModalState state_at(double time_s) const;

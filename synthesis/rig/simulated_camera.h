@@ -2,10 +2,11 @@
 #pragma once
 
 #include <memory>
-#include <vector>
+#include <optional>
+#include <string>
 
-#include "synthesis/camera/frame_renderer.h"
-#include "synthesis/rig/simulated_device.h"
+#include "synthesis/instruments/simulated_device.h"
+#include "synthesis/rig/camera_view.h"
 #include "synthesis/rig/world.h"
 
 namespace roseau::synthesis {
@@ -21,21 +22,20 @@ class SimulatedCamera final : public SimulatedDevice {
   bool produce(HostTime start, SampleSink& sink) override;
   void lose_before(Duration time) override;
   void lose_next() override { go_to(frame_ + 1); }
+  std::optional<Error> fault_at(Duration time) const override;
 
  private:
-  const CameraScene& camera() const { return world_->scene.cameras[index_]; }
+  const CameraScene& camera() const { return world_->scene().cameras[index_]; }
   void go_to(std::uint64_t frame);
-  void render(std::span<std::byte> pixels);
   SampleHeader header(StreamId stream, std::uint64_t sequence, HostTime start) const;
 
   std::shared_ptr<const World> world_;
   std::size_t index_;
   std::string name_;
   SampleTimes times_;
-  FrameRenderer renderer_;
-  BranchMotion branch_;
+  CameraView view_;
   FramePool pool_;
-  std::vector<double> taps_m_;
+  CameraCalibration calibration_;
 
   StreamId image_stream_ = 0;
   StreamId calibration_stream_ = 0;

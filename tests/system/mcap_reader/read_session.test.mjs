@@ -57,6 +57,13 @@ const EXPECTED = {
   "/test/gap": { schema: "roseau.Gap", fields: { missing: 3 } },
   "/test/drop": { schema: "roseau.Drop", fields: { stage: "recorder", count: "5000000000" } },
   "/test/health": { schema: "roseau.Health", fields: { recorder: "DEGRADED" } },
+  "/test/station_pose": {
+    schema: "foxglove.PoseInFrame",
+    fields: { pose: { position: { x: 0.25, y: -0.5, z: 0.75 }, orientation: { x: -0.5, y: 0.5, z: -0.5, w: 0.5 } } },
+  },
+  "/test/led_board_time": { schema: "roseau.LedBoardTime", fields: { event: "RISING_EDGE", tick: 4000000000 } },
+  "/test/marker_positions": { schema: "foxglove.PosesInFrame", fields: { frameId: "world" } },
+  "/test/modal_state": { schema: "roseau.ModalState", fields: { naturalFrequencyHz: [0.5, 1.5] } },
   "/test/log": { schema: "foxglove.Log", fields: { level: "ERROR", message: "no data" } },
 };
 
