@@ -7,7 +7,7 @@ namespace roseau::tracking {
 
 namespace {
 
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 
 /// What a checkpoint must have been made with for its state to mean the same.
 std::vector<std::byte> fingerprint(const std::string& camera, const TrackerOptions& options) {

@@ -75,7 +75,8 @@ void Feature::save(CheckpointWriter& out) const {
   out.put(reference_variance);
   for (const Eigen::Vector2d* place : {&reference, &position, &previous}) out.put(*place);
   for (const bool flag : {active, followed, matched, agrees, moves_along}) out.put(flag);
-  for (const std::uint16_t counter : {missed, disagreed, agreed, still}) out.put(counter);
+  for (const std::uint16_t counter : {missed, disagreed, agreed, still, watched}) out.put(counter);
+  out.put(unrest_px2);
 }
 
 Feature Feature::load(CheckpointReader& in) {
@@ -105,7 +106,10 @@ Feature Feature::load(CheckpointReader& in) {
   }
   for (bool* flag : {&feature.active, &feature.followed, &feature.matched, &feature.agrees, &feature.moves_along})
     in.get(*flag);
-  for (std::uint16_t* counter : {&feature.missed, &feature.disagreed, &feature.agreed, &feature.still}) in.get(*counter);
+  for (std::uint16_t* counter : {&feature.missed, &feature.disagreed, &feature.agreed, &feature.still, &feature.watched})
+    in.get(*counter);
+  in.get(feature.unrest_px2);
+  if (!(feature.unrest_px2 >= 0)) in.fail();  // NaN fails too
   return feature;
 }
 

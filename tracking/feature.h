@@ -44,6 +44,10 @@ struct Feature {
   std::uint16_t agreed = 0;     // frames in all of moving with the region
   std::uint16_t still = 0;      // frames of standing still while the region moved
 
+  // How restless it is: mean of its squared steps from frame to frame, px^2, over the last so many frames.
+  double unrest_px2 = 0;
+  std::uint16_t watched = 0;
+
   /// Where the coarse patch's centre is, at kCoarseLevel, when the feature itself is at `at`.
   Eigen::Vector2d coarse_centre(const Eigen::Vector2d& at) const;
   Eigen::Vector2d from_coarse_centre(const Eigen::Vector2d& centre) const;

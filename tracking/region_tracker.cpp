@@ -24,6 +24,12 @@ constexpr double kSurprise = 3;       // standard deviations: the filter's own i
 constexpr double kLostGrowth = 1;     // px of standard deviation added in quadrature by every frame not seen
 constexpr double kCameraUnknown = 1;  // px: how far a camera on a stand is taken to move while nothing tells
 
+// The camera's motion is that of the calmest points: foliage that is no target moves, too, and often fills the picture.
+constexpr double kCalmShare = 0.3;              // of the background's points
+constexpr double kCalmFactor = 4;               // against the most restless one of that share
+constexpr double kCalmFloor_px2 = 0.05 * 0.05;  // steps as small as flow's own scatter
+constexpr std::uint16_t kUnrestFrames = 90;
+
 constexpr double kStill = 0.3;   // px from the reference: standing still
 constexpr double kMoving = 1.0;  // px from the reference: moving
 
@@ -58,7 +64,8 @@ bool RegionTracker::start(const Flow& flow, const ImageRect& region, int count, 
 
 int RegionTracker::least_matched() const {
   const int present = std::min(static_cast<int>(reference_count_), features_.wanted());
-  return std::max(kLeastPoints, static_cast<int>(std::ceil(kLeastShare * present)));
+  const double share = kind_ == RegionKind::background ? kLeastShare * kCalmShare : kLeastShare;
+  return std::max(kLeastPoints, static_cast<int>(std::ceil(share * present)));
 }
 
 /// Leaves of a crown do not all move alike: that fewer agree than are seen does not make the crown lost.
@@ -89,6 +96,7 @@ void RegionTracker::update(std::span<const FlowPoint> points, const Flow& flow, 
   placement_.camera = camera;
   enters(Work::robust);
   features_.carry_over(points);
+  watch_unrest();
   fit_step(Among::followed);
   enters(Work::patches);
   features_.match_active(flow, placement_, step_.found ? &step_.motion : nullptr);
@@ -119,11 +127,32 @@ RegionPoint RegionTracker::from_previous(const Feature& feature) const {
   return {feature.reference - placement_.centre, feature.position - feature.previous};
 }
 
+void RegionTracker::watch_unrest() {
+  if (kind_ != RegionKind::background) return;
+  unrests_px2_.clear();
+  for (Feature& feature : features_.all()) {
+    if (!feature.active || !feature.followed) continue;
+    feature.watched = std::min<std::uint16_t>(feature.watched + 1, kUnrestFrames);
+    feature.unrest_px2 += ((feature.position - feature.previous).squaredNorm() - feature.unrest_px2) / feature.watched;
+    unrests_px2_.push_back(feature.unrest_px2);
+  }
+  if (unrests_px2_.empty()) return;
+  const auto calm =
+      unrests_px2_.begin() + static_cast<std::ptrdiff_t>(kCalmShare * static_cast<double>(unrests_px2_.size() - 1));
+  std::ranges::nth_element(unrests_px2_, calm);
+  most_unrest_px2_ = kCalmFactor * std::max(*calm, kCalmFloor_px2);
+}
+
+/// Does it tell how the region moves?
+bool RegionTracker::counts(const Feature& feature) const {
+  return kind_ != RegionKind::background || feature.unrest_px2 <= most_unrest_px2_;
+}
+
 /// How the region moved since the previous picture, from points that agreed with it there.
 void RegionTracker::fit_step(Among among) {
   fit_points_.clear();
   for (const Feature& feature : features_.all()) {
-    if (!feature.active || !feature.followed || !feature.agrees) continue;
+    if (!feature.active || !feature.followed || !feature.agrees || !counts(feature)) continue;
     if (among == Among::matched && !feature.matched) continue;
     fit_points_.push_back(from_previous(feature));
   }
@@ -145,7 +174,7 @@ void RegionTracker::fit_reference() {
   fit_points_.clear();
   reference_variance_ = 0;
   for (const Feature& feature : features_.all()) {
-    if (!feature.matched) continue;
+    if (!feature.matched || !counts(feature)) continue;
     if (feature.generation > 0 && (reference_only || feature.agreed < kProbation)) continue;
     fit_points_.push_back(from_reference(feature));
     reference_variance_ = std::max(reference_variance_, feature.reference_variance);
@@ -158,8 +187,8 @@ void RegionTracker::judge() {
   for (Feature& feature : features_.all()) {
     feature.agrees = feature.matched && reference_.found && reference_.holds_for(from_reference(feature));
     feature.moves_along = feature.followed && step_.found && step_.holds_for(from_previous(feature));
-    if (feature.matched) ++matched_;
-    if (feature.agrees) ++agreeing_;
+    if (feature.matched && counts(feature)) ++matched_;
+    if (feature.agrees && counts(feature)) ++agreeing_;
   }
 }
 

@@ -75,6 +75,8 @@ class RegionTracker {
   bool is_seen() const;
   int least_matched() const;
   int least_agreeing(int matched) const;
+  void watch_unrest();
+  bool counts(const Feature& feature) const;
   void fit_step(Among among);
   void fit_reference();
   void judge();
@@ -111,6 +113,8 @@ class RegionTracker {
   RegionFit step_;       // this frame's fit of motion since the previous picture, the camera's included
   RegionFit reference_;  // and of displacement from the reference
   std::vector<RegionPoint> fit_points_;
+  std::vector<double> unrests_px2_;  // scratch
+  double most_unrest_px2_ = 0;       // of the background's points that tell of the camera
   std::vector<CoarseProbe> probes_;
 };
 
