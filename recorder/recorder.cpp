@@ -89,13 +89,13 @@ class Recorder::FileThread {
       batch.clear();  // drops the leases
       if (now() >= next_tick) {
         next_tick = now() + tick;
-        attempt([this] { return session_.flush_older(); });
+        if (!options_.reproducible) attempt([this] { return session_.flush_older(); });
       }
       if (now() >= next_sync) {
         sync();
         next_sync = now() + options_.sync_interval;
       }
-      if (queue_.callers_wait()) attempt([this] { return session_.flush(); });
+      if (queue_.callers_wait() && !options_.reproducible) attempt([this] { return session_.flush(); });
       settle();
     }
   }
@@ -137,8 +137,10 @@ class Recorder::FileThread {
 
   /// Everything so far onto the disk, with the counters as of now.
   void sync() {
-    write_everything();
-    attempt([this] { return session_.checkpoint(counters()); });
+    if (!options_.reproducible) {
+      write_everything();
+      attempt([this] { return session_.checkpoint(counters()); });
+    }
     attempt([this] { return out_->sync(); });
     look_at_disk();
   }

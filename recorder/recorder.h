@@ -49,6 +49,10 @@ struct RecorderOptions {
   /// How often everything is forced to the disk, with a checkpoint of the counters.
   Duration sync_interval = std::chrono::seconds(1);
 
+  /// The same samples give the same file, byte for byte, whatever the machine was doing: chunks are written by their size and
+  /// log time alone, and no counters before the end. For simulations; a live recording wants the wall clock's help.
+  bool reproducible = false;
+
   /// Counters kept by others (gaps, bad, late: the sequencer's) to be written with ours, by topic. Called by the writer thread.
   std::function<mcap::TopicCounters()> upstream_counters;
 };

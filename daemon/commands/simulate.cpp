@@ -61,11 +61,12 @@ int simulate_command(const SimulateArguments& arguments) {
   const auto rig = synthesis::SimulatedRig::create(*scene);
   if (!rig) return failed(rig.error());
   StreamTable streams;
-  recorder::Recorder recorder(streams, {.wait_when_full = true});
+  recorder::Recorder recorder(streams, {.wait_when_full = true, .reproducible = true});
   recorder::SessionDescription description;
   description.program_version = kVersion;
   description.config_text = scene_config_text();
-  description.other["name"] = arguments.output.stem().string();
+  // Of the scene, not of the file: the same scene and seed give the same bytes wherever they go.
+  description.other["name"] = arguments.scene ? arguments.scene->stem().string() : "demo";
   description.other["scene_seed"] = std::to_string(scene->seed);
   if (auto opened = recorder.open(arguments.output, description); !opened) return failed(opened.error());
   ProgressSink sink(recorder, arguments.seconds);
