@@ -20,6 +20,10 @@ struct CantileverOptions {
   std::uint32_t board_leaves = 0;
   double board_length_m = 0.3;
   double board_width_m = 0.3;
+  /// 0: rows as on graph paper, which looks the same one leaf further on; up to 1: leaves turned about their middles by up to
+  /// 60 degrees, longer or shorter by up to a third, their areas and middles kept. So a tracker can tell one leaf from the
+  /// next.
+  double board_disorder = 0;
   Vec3 board_normal{0, -1, 0};  // to the south, where the cameras stand
 };
 

@@ -47,6 +47,26 @@ TEST(Cantilever, BoardIsCentredOnTheTipAndFacesItsNormal) {
   EXPECT_NEAR(norm(centre - Vec3{0, 0, 2}), 0, 1e-12);
 }
 
+TEST(Cantilever, ADisorderlyBoardHasTheSameAreasAndMiddles) {
+  const CantileverOptions neat{.length_m = 2, .board_leaves = 5};
+  CantileverOptions wild = neat;
+  wild.board_disorder = 1;
+  const auto a = cantilever(neat);
+  const auto b = cantilever(wild);
+  ASSERT_TRUE(a && b);
+  bool turned = false;
+  for (std::size_t i = 0; i < a->leaves.size(); ++i) {
+    const Leaf& p = a->leaves[i];
+    const Leaf& q = b->leaves[i];
+    EXPECT_NEAR(area_m2(p), area_m2(q), 1e-15);
+    EXPECT_NEAR(p.base_m.x + p.direction.x * p.length_m / 2, q.base_m.x + q.direction.x * q.length_m / 2, 1e-12);
+    EXPECT_NEAR(p.base_m.z + p.direction.z * p.length_m / 2, q.base_m.z + q.direction.z * q.length_m / 2, 1e-12);
+    EXPECT_NEAR(q.direction.y, 0, 1e-12);
+    turned = turned || std::abs(q.direction.x - p.direction.x) > 0.3;
+  }
+  EXPECT_TRUE(turned);
+}
+
 TEST(Cantilever, BoardAcrossAHorizontalPoleFacingAlongIt) {
   const auto tree = cantilever({.direction = {1, 0, 0}, .board_leaves = 1, .board_length_m = 1, .board_normal = {1, 0, 0}});
   ASSERT_TRUE(tree) << tree.error().message;
@@ -65,6 +85,7 @@ TEST(Cantilever, RefusesSizesThatCannotBe) {
   refused({.segment_count = 0}, "segments");
   refused({.direction = {0, 0, 0}}, "direction");
   refused({.board_leaves = 1000}, "board");
+  refused({.board_leaves = 1, .board_disorder = 1.5}, "disorder");
   refused({.board_leaves = 1, .board_width_m = 0}, "board");
   refused({.board_leaves = 1, .board_normal = {0, 0, 0}}, "normal");
 }
