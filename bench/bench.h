@@ -23,6 +23,7 @@ const std::filesystem::path& work_directory();
 
 /// Each folder's cases register themselves here; main.cpp calls every one of these.
 void add_animation_cases(std::vector<Case>& cases);
+void add_chain_cases(std::vector<Case>& cases);
 void add_estimation_cases(std::vector<Case>& cases);
 void add_mechanics_cases(std::vector<Case>& cases);
 void add_pipeline_cases(std::vector<Case>& cases);

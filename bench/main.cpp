@@ -25,6 +25,7 @@ const std::filesystem::path& roseau::bench::work_directory() { return work_direc
 int main(int argc, char** argv) {
   std::vector<roseau::bench::Case> cases;
   roseau::bench::add_animation_cases(cases);
+  roseau::bench::add_chain_cases(cases);
   roseau::bench::add_estimation_cases(cases);
   roseau::bench::add_mechanics_cases(cases);
   roseau::bench::add_pipeline_cases(cases);

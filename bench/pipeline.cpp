@@ -3,12 +3,11 @@
 
 #include <sys/resource.h>
 
-#include <filesystem>
-#include <fstream>
+#include <string>
 
 #include "bench/bench.h"
 #include "bench/live_client.h"
-#include "tests/support/process.h"
+#include "bench/program.h"
 
 namespace roseau::bench {
 
@@ -19,41 +18,16 @@ constexpr const char* kScene = R"(
 width_px = 1280
 height_px = 1024
 format = "mono8"
-focal_length_px = 1600
+focal_length_px = 2000
 [[camera]]
 width_px = 1280
 height_px = 1024
 format = "mono8"
-focal_length_px = 1600
-position_in_world_m = [0.3, -5.0, 1.6]
+focal_length_px = 2000
+position_in_world_m = [1.5, -12.0, 1.6]
 )";
 constexpr const char* kSeconds = "20";
 constexpr std::uint16_t kPort = 18420;
-
-/// Everything the case writes, removed at its end.
-class Workplace {
- public:
-  Workplace() : path_(work_directory() / ("roseau-bench-" + std::to_string(getpid()))) {
-    std::filesystem::create_directories(path_ / "recordings");
-    std::ofstream(path_ / "scene.toml") << kScene;
-    std::ofstream(path_ / "live.toml") << "[simulation]\nscene = 'scene.toml'\n[estimation]\nimage_plane_direction_deg = 270\n";
-  }
-  ~Workplace() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  Workplace(const Workplace&) = delete;
-  Workplace& operator=(const Workplace&) = delete;
-  std::string file(const std::string& name) const { return (path_ / name).string(); }
-  const std::filesystem::path& path() const { return path_; }
-  void clear_recordings() const {
-    std::filesystem::remove_all(path_ / "recordings");
-    std::filesystem::create_directories(path_ / "recordings");
-  }
-
- private:
-  std::filesystem::path path_;
-};
 
 double child_cpu_s() {
   rusage usage{};
@@ -62,17 +36,6 @@ double child_cpu_s() {
     return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) * 1e-6;
   };
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
-Result<nlohmann::json> run(const Workplace& place, std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), (std::filesystem::read_symlink("/proc/self/exe").parent_path() / "roseau").string());
-  testing::Process process(arguments, place.path());
-  const int status = process.wait(std::chrono::seconds(300));
-  auto json = nlohmann::json::parse(process.out(), nullptr, false);
-  if (status != 0 || json.is_discarded()) {
-    return Error{ErrorCode::io, arguments[1] + " ended with status " + std::to_string(status) + ": " + process.err()};
-  }
-  return json;
 }
 
 std::uint64_t total(const nlohmann::json& summary, const char* counter) {
@@ -85,8 +48,11 @@ std::uint64_t total(const nlohmann::json& summary, const char* counter) {
 
 Result<nlohmann::ordered_json> measure() {
   const Workplace place;
+  place.write("scene.toml", kScene);
+  place.write("live.toml", "[simulation]\nscene = 'scene.toml'\n[estimation]\nimage_plane_direction_deg = 270\n");
   const std::string session = place.file("session.mcap");
-  if (auto made = run(place, {"simulate", place.file("scene.toml"), "-o", session, "--seconds", kSeconds, "--json"}); !made) {
+  if (auto made = run_program(place, {"simulate", place.file("scene.toml"), "-o", session, "--seconds", kSeconds, "--json"});
+      !made) {
     return made.error();
   }
   nlohmann::ordered_json figures;
@@ -94,7 +60,7 @@ Result<nlohmann::ordered_json> measure() {
   {
     const LiveClient viewer(kPort);
     const double before_s = child_cpu_s();
-    const auto replay = run(
+    const auto replay = run_program(
         place, {"replay", session, "--max", "--json", "--port", std::to_string(kPort), "--record", place.file("recordings")});
     if (!replay) return replay.error();
     const double session_s = (*replay)["session"]["duration_s"];
@@ -110,8 +76,8 @@ Result<nlohmann::ordered_json> measure() {
   {
     const LiveClient viewer(kPort);
     const double before_s = child_cpu_s();
-    const auto live = run(place, {"run", place.file("live.toml"), "--for", kSeconds, "--json", "--port", std::to_string(kPort),
-                                  "--record", place.file("recordings")});
+    const auto live = run_program(place, {"run", place.file("live.toml"), "--for", kSeconds, "--json", "--port",
+                                          std::to_string(kPort), "--record", place.file("recordings")});
     if (!live) return live.error();
     figures["live_drops_count"] = total(*live, "dropped");
     figures["live_gaps_count"] = total(*live, "gaps");

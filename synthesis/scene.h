@@ -142,6 +142,7 @@ struct LedBoardScene {
 };
 
 struct BackgroundScene {
+  bool visible = true;  // false: a plain grey sheet hangs behind
   double hedge_sway_m = 0.05;
   double cloud_speed_mps = 8;
   double light_change = 0.08;  // how much the light comes and goes, share of its mean
@@ -175,7 +176,7 @@ struct Scene {
   BallsScene balls;
   std::vector<PullScene> pulls;
   std::vector<CameraScene> cameras = two_cameras();
-  SonicOptions sonic;
+  SonicOptions sonic{.position_in_world_m = {2.4, 0.1, 3.7}};
   TrackerScene tracker;
   LedBoardScene led_board;
   BackgroundScene background;

@@ -14,8 +14,6 @@ namespace roseau::synthesis {
 
 namespace {
 
-constexpr double kFar_m = 1000;
-
 // ---- the tree
 
 void describe_grown(SceneFields& fields, structure::GrownTreeOptions& grown) {
@@ -39,6 +37,7 @@ void describe_cantilever(SceneFields& fields, structure::CantileverOptions& pole
   fields.whole("board_leaves", pole.board_leaves, 0, 200);
   fields.number("board_length_m", pole.board_length_m, 0.01, 10);
   fields.number("board_width_m", pole.board_width_m, 0.01, 10);
+  fields.number("board_disorder", pole.board_disorder, 0, 1);
 }
 
 void describe_tree(SceneFields& fields, TreeScene& tree) {
@@ -218,6 +217,7 @@ void describe_camera(SceneFields& fields, CameraScene& camera) {
 }
 
 void describe_background(SceneFields& fields, BackgroundScene& background) {
+  fields.flag("visible", background.visible);
   fields.number("hedge_sway_m", background.hedge_sway_m, 0, 2);
   fields.number("cloud_speed_mps", background.cloud_speed_mps, 0, 100);
   fields.number("light_change", background.light_change, 0, 0.9);

@@ -14,7 +14,7 @@
 
 namespace roseau::synthesis {
 
-struct World;
+class World;
 
 /// How a live source sees real time. No clock is read in synthesis itself.
 struct Pacing {

@@ -261,6 +261,7 @@ Result<void> World::make_visible() {
                                              .tick_duration_s = led_board_->tick_s()};
   }
   description.sonic = render::SonicMast{.position_in_world_m = scene_.sonic.position_in_world_m};
+  description.background.visible = scene_.background.visible;
   description.background.hedge_sway_m = scene_.background.hedge_sway_m;
   description.background.cloud_speed_mps = scene_.background.cloud_speed_mps;
   for (const CameraScene& camera : scene_.cameras) description.viewpoints_in_world_m.push_back(camera.position_in_world_m);
