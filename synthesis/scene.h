@@ -59,11 +59,11 @@ struct TreeScene {
 /// What the tree is made of and how it is computed (plant thesis 6.2, 6.4.3).
 struct MechanicsScene {
   std::uint32_t mode_count = 25;
-  double young_modulus_gpa = 7;
+  double young_modulus_gpa = 4;     // of green wood, with what the roots give way
   double wood_density_kg_m3 = 900;  // green wood
   double leaf_mass_kg_m2 = 0.2;     // per one-sided area
   double mass_factor = 1;
-  double damping_alpha_per_s = 0.2;  // C = alpha M + beta K
+  double damping_alpha_per_s = 0.1;  // C = alpha M + beta K
   double damping_beta_s = 0.002;
   std::string load = "full";       // drag on every element with its relative velocity; or "projection" (6.29, 6.30)
   std::string stepping = "exact";  // or "semi_implicit": the thesis's
@@ -74,7 +74,7 @@ struct MechanicsScene {
 struct DragScene {
   double air_density_kg_m3 = 1.2;
   double wood_coefficient = 1.0;
-  double leaf_coefficient = 0.09;     // of one-sided leaf area, all orientations and shelter together
+  double leaf_coefficient = 0.07;     // of one-sided leaf area, all orientations and shelter together
   double leaf_vogel_exponent = -0.2;  // force ~ speed^(2 + exponent): below 0 leaves streamline
   double reference_speed_mps = 5;     // where the leaf coefficient holds
   bool relative_velocity = true;      // of the air and the moving tree: brings the aerodynamic damping

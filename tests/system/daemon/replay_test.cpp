@@ -38,7 +38,7 @@ TEST_F(ReplayTest, DigestIsTheSameAtEverySpeed) {
   EXPECT_EQ(fast["streams"]["/camera0/target/branch/displacement"]["received"], frames) << "one result per frame";
   EXPECT_EQ(fast["streams"]["/camera0/image"]["dropped"], 0);
   // The leaves that the tracker sees move against the others: their mean is not the mean of all.
-  EXPECT_LT(fast["truth"]["displacement_x/camera0/branch"]["rms"].get<double>(), 0.5);
+  EXPECT_LT(fast["truth"]["displacement_x/camera0/branch"]["rms"].get<double>(), 1.5);
   EXPECT_EQ(fast["truth"]["clock/camera0"]["max"], 0) << "these cameras are stamped by the host";
   EXPECT_LT(fast["truth"]["clock/sonic"]["rms"].get<double>(), 0.003);
 }
