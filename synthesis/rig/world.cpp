@@ -26,7 +26,7 @@ constexpr double kMostMemory_bytes = 4e9;
 constexpr double kFrameBuffers = 48;
 // A tree starts in equilibrium with the wind; what that was wrong by dies away over this many time constants.
 constexpr double kForgottenAfter = 12;
-constexpr double kLongestSettling_s = 120;
+constexpr double kLongestSettling_s = 60;
 constexpr double kShortestSettling_s = 5;
 
 double distance_m(const Vec3& a, const Vec3& b) { return std::hypot(a.x - b.x, a.y - b.y, a.z - b.z); }
@@ -185,6 +185,9 @@ Result<void> World::make_motion() {
   auto simulation = structure::SwaySimulation::make(std::move(*model), std::move(*load), *wind_, sway);
   if (!simulation) return simulation.error().with_context("scene: mechanics");
   tree_motion_ = std::make_unique<const TreeMotion>(std::move(*simulation));
+  // What lies before time 0 is computed now, not while devices wait for their first sample.
+  Eigen::VectorXd amplitudes;
+  tree_motion_->amplitudes(0, amplitudes);
   return {};
 }
 

@@ -14,13 +14,14 @@ TEST(SimulatedRig, TheBranchIsWhereTheTruthSays) {
   scene.tracker.enabled = false;
   scene.tree.kind = "cantilever";
   scene.tree.cantilever = {.length_m = 4,
-                           .start_radius_m = 0.025,
-                           .end_radius_m = 0.025,
+                           .start_radius_m = 0.018,
+                           .end_radius_m = 0.018,
                            .board_leaves = 8,
                            .board_length_m = 0.8,
                            .board_width_m = 0.8};
   scene.targets = {{.name = "branch", .near_in_world_m = {0, 0, 4}, .width_m = 0.8, .height_m = 0.8}};
   scene.balls.enabled = false;
+  scene.drag.leaf_coefficient = 0.2;
   const auto world = synthesis::World::build(scene);
   ASSERT_TRUE(world) << world.error().message;
   const synthesis::PlacedTarget& target = (*world)->targets().front();
