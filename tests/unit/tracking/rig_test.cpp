@@ -14,14 +14,16 @@ TEST(SimulatedRig, TheBranchIsWhereTheTruthSays) {
   scene.tracker.enabled = false;
   scene.tree.kind = "cantilever";
   scene.tree.cantilever = {.length_m = 4,
-                           .start_radius_m = 0.018,
-                           .end_radius_m = 0.018,
+                           .start_radius_m = 0.025,
+                           .end_radius_m = 0.025,
                            .board_leaves = 8,
                            .board_length_m = 0.8,
                            .board_width_m = 0.8};
   scene.targets = {{.name = "branch", .near_in_world_m = {0, 0, 4}, .width_m = 0.8, .height_m = 0.8}};
   scene.balls.enabled = false;
-  scene.drag.leaf_coefficient = 0.2;
+  scene.drag.leaf_coefficient = 0.09;
+  scene.mechanics.young_modulus_gpa = 7;
+  scene.mechanics.damping_alpha_per_s = 0.2;
   const auto world = synthesis::World::build(scene);
   ASSERT_TRUE(world) << world.error().message;
   const synthesis::PlacedTarget& target = (*world)->targets().front();
