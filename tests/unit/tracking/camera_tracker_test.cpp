@@ -124,6 +124,25 @@ TEST(CameraTracker, TakesTheCamerasShakeOff) {
   EXPECT_NEAR(last.region.x, kTarget.x + sway(59).x() + shake(59).x(), 0.2);
 }
 
+TEST(CameraTracker, FoliageThatIsNoTargetIsNotTakenForTheCamerasMotion) {
+  // All but a strip of wall on the left sways along with the target, as the crown does around a branch.
+  Scene scene;
+  const Texture crown(17, 30, 40);
+  const ImageRect most{70, -60, kWidth + 100.0, kHeight + 120.0};
+  TrackerRun run(one_target());
+  for (int i = 0; i < 90; ++i) {
+    Picture picture(kWidth, kHeight);
+    picture.draw(scene.wall, {});
+    picture.draw(crown, {.shift = sway(i)}, most);
+    picture.add_noise(scene.noise, scene.random);
+    run.frame(picture);
+  }
+  const Errors errors = errors_of(
+      run.displacements("branch"), [](int i) { return sway(i); }, 30);
+  EXPECT_EQ(errors.valid, errors.frames);
+  EXPECT_LT(errors.rms_px, 0.05);
+}
+
 TEST(CameraTracker, TurningBranchGivesTheMotionOfTheTargetsCentre) {
   Scene scene;
   TrackerRun run(one_target());
