@@ -13,6 +13,7 @@
 #include "structure/mechanics/modal_model.h"
 #include "structure/mechanics/sway_truth.h"
 #include "structure/mechanics/wind_projection.h"
+#include "structure/tree/branches.h"
 #include "synthesis/instruments/rotation.h"
 #include "synthesis/wind/wind_options.h"
 
@@ -28,14 +29,6 @@ constexpr double kFrameBuffers = 48;
 constexpr double kForgottenAfter = 12;
 constexpr double kLongestSettling_s = 60;
 constexpr double kShortestSettling_s = 5;
-
-double distance_m(const Vec3& a, const Vec3& b) { return std::hypot(a.x - b.x, a.y - b.y, a.z - b.z); }
-
-std::size_t nearest_node(const structure::TreeModel& tree, const Vec3& point) {
-  const auto nearest = std::ranges::min_element(
-      tree.nodes, {}, [&point](const structure::TreeNode& node) { return distance_m(node.position_m, point); });
-  return static_cast<std::size_t>(nearest - tree.nodes.begin());
-}
 
 structure::BeamOptions beam_options(const Scene& scene, const std::vector<PlacedBall>& balls) {
   structure::BeamOptions options;
@@ -144,7 +137,7 @@ Result<void> World::make_tree() {
 void World::place_balls() {
   for (std::size_t i = 0; i < scene_.balls.count(); ++i) {
     const auto& near = scene_.balls.near_in_world_m;
-    const std::size_t node = nearest_node(tree_, {near[3 * i], near[3 * i + 1], near[3 * i + 2]});
+    const std::size_t node = structure::nearest_node(tree_, {near[3 * i], near[3 * i + 1], near[3 * i + 2]});
     balls_.push_back({fmt::format("ball{}", i + 1), node, tree_.nodes[node].position_m});
   }
 }
@@ -176,7 +169,7 @@ Result<void> World::make_motion() {
       mechanics.stepping == "exact" ? structure::SwayOptions::Stepping::exact : structure::SwayOptions::Stepping::semi_implicit;
   sway.mean_wind_mps = mean_wind_mps(options);
   for (const PullScene& pull : scene_.pulls) {
-    sway.pulls.push_back({.node = nearest_node(tree_, pull.near_in_world_m),
+    sway.pulls.push_back({.node = structure::nearest_node(tree_, pull.near_in_world_m),
                           .force_n = pull.force_n,
                           .start_s = pull.start_s,
                           .ramp_s = pull.full_s - pull.start_s,
@@ -203,7 +196,7 @@ Eigen::Matrix3Xd World::shape_of_region(const TargetScene& target, const Vec3& m
     total += weights[node];
   }
   if (total == 0) {  // bare wood: the one node
-    weights[nearest_node(tree_, middle)] = 1;
+    weights[structure::nearest_node(tree_, middle)] = 1;
     total = 1;
   }
   const auto modes = static_cast<Eigen::Index>(model.mode_count());
@@ -226,7 +219,7 @@ void World::place_targets(const structure::DragLoad& load, const structure::Moda
   for (const TargetScene& wanted : scene_.targets) {
     PlacedTarget target;
     target.name = wanted.name;
-    target.rest_in_world_m = tree_.nodes[nearest_node(tree_, wanted.near_in_world_m)].position_m;
+    target.rest_in_world_m = tree_.nodes[structure::nearest_node(tree_, wanted.near_in_world_m)].position_m;
     target.width_m = wanted.width_m;
     target.height_m = wanted.height_m;
     target.shape = shape_of_region(wanted, target.rest_in_world_m, model);
