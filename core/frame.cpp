@@ -18,12 +18,16 @@ struct AlignedDelete {
 
 namespace detail {
 struct FrameBuffer {
-  std::unique_ptr<std::byte[], AlignedDelete> bytes;
+  std::unique_ptr<std::byte[], AlignedDelete> bytes;  // a pool's
+  std::span<std::byte> lent;                          // another owner's
   std::size_t size = 0;
   std::size_t index = 0;
   std::atomic<std::uint32_t> references{0};
   // While leased, the buffer keeps its pool's memory alive; set by acquire, moved out by the last release.
   std::shared_ptr<FramePoolState> keeps_alive;
+  std::shared_ptr<void> owner;  // of lent memory
+
+  std::byte* data() const { return owner ? lent.data() : bytes.get(); }
 };
 }  // namespace detail
 
@@ -38,6 +42,10 @@ void add_reference(FrameBuffer* buffer) { buffer->references.fetch_add(1, std::m
 
 void drop_reference(FrameBuffer* buffer) {
   if (buffer->references.fetch_sub(1, std::memory_order_acq_rel) != 1) return;
+  if (buffer->owner) {
+    delete buffer;  // made by FrameLease::of
+    return;
+  }
   const std::shared_ptr<FramePoolState> pool = std::move(buffer->keeps_alive);
   pool->free_mask.fetch_or(std::uint64_t{1} << buffer->index, std::memory_order_release);
 }
@@ -46,12 +54,22 @@ void drop_reference(FrameBuffer* buffer) {
 
 std::span<const std::byte> FrameLease::bytes() const {
   if (buffer_ == nullptr) return {};
-  return {buffer_->bytes.get(), buffer_->size};
+  return {buffer_->data(), buffer_->size};
 }
 
 std::span<std::byte> FrameLease::writable_bytes() {
   ROSEAU_CHECK(buffer_ != nullptr && buffer_->references.load(std::memory_order_relaxed) == 1);
-  return {buffer_->bytes.get(), buffer_->size};
+  return {buffer_->data(), buffer_->size};
+}
+
+FrameLease FrameLease::of(std::span<std::byte> bytes, std::shared_ptr<void> owner) {
+  ROSEAU_CHECK(owner != nullptr);
+  auto buffer = std::make_unique<detail::FrameBuffer>();
+  buffer->lent = bytes;
+  buffer->size = bytes.size();
+  buffer->references = 1;
+  buffer->owner = std::move(owner);
+  return FrameLease(buffer.release());
 }
 
 FramePool::FramePool(std::size_t buffer_count, std::size_t buffer_bytes) : state_(std::make_shared<FramePoolState>()) {

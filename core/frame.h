@@ -49,6 +49,10 @@ class FrameLease {
   explicit operator bool() const { return buffer_ != nullptr; }
   std::span<const std::byte> bytes() const;
 
+  /// Shares memory that is no pool's: a ring's, a driver's own buffer. `owner` keeps it alive and is let go, by whichever
+  /// thread, when the last lease is gone. Costs an allocation, which a pool's lease does not.
+  static FrameLease of(std::span<std::byte> bytes, std::shared_ptr<void> owner);
+
   /// The driver's write access. Only before the lease is shared: CHECKs that this is the only one.
   std::span<std::byte> writable_bytes();
 

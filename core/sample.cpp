@@ -42,4 +42,9 @@ std::string_view to_string(LengthUnit unit) { return kUnitNames.at(static_cast<s
 
 std::string_view to_string(DeviceState state) { return kStateNames.at(static_cast<std::size_t>(state)); }
 
+std::string_view to_string(RecordingPhase phase) {
+  static constexpr std::array<std::string_view, 3> kNames = {"idle", "recording", "post_trigger"};
+  return kNames.at(static_cast<std::size_t>(phase));
+}
+
 }  // namespace roseau

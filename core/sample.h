@@ -55,9 +55,17 @@ struct CameraCalibration {
 
 /// What the operator did, or a program for him. An input like any other: recorded, and obeyed again on replay.
 struct OperatorAction {
-  enum class Kind : std::uint8_t { mark, add_target, remove_target, start_recording, stop_recording, note };
+  enum class Kind : std::uint8_t {
+    mark,
+    add_target,
+    remove_target,
+    start_recording,
+    stop_recording,
+    note,
+    trigger,  // something happens now: record what came before and what comes after, as configured
+  };
   Kind kind = Kind::mark;
-  std::string text;    // mark or note text; target name for add_target and remove_target
+  std::string text;    // mark, note or trigger: what for; target name for add_target and remove_target
   std::string camera;  // add_target: device name of the camera ("camera0")
   ImageRect region;    // add_target: where, in that camera's pixels
 };
@@ -254,6 +262,10 @@ struct Drop {
 enum class DeviceState : std::uint8_t { starting, running, degraded, reopening, failed, finished };
 std::string_view to_string(DeviceState state);
 
+/// What recording is doing. Idle: the newest samples are kept for a trigger to come, if configured.
+enum class RecordingPhase : std::uint8_t { idle, recording, post_trigger };
+std::string_view to_string(RecordingPhase phase);
+
 /// Counters of one stream since the session began.
 struct StreamCounters {
   std::uint64_t received = 0;
@@ -277,14 +289,36 @@ struct Health {
     DeviceState state = DeviceState::starting;
     std::string message;  // what is wrong and what to do; empty when all is well
   };
+  /// The copy that is kept on a second disk while recording.
+  struct Copy {
+    std::string directory;  // empty: none is wanted
+    DeviceState state = DeviceState::starting;
+    std::string message;               // what is wrong and what to do
+    std::uint64_t verified_bytes = 0;  // read back from the second disk and found right, since the daemon began
+    std::uint64_t behind_bytes = 0;    // recorded and not yet verified there
+  };
   std::vector<Stream> streams;
   std::vector<Device> devices;
   DeviceState recorder = DeviceState::starting;
   std::string recorder_message;
   std::string recording_path;  // empty: not recording
   double recording_s = 0;
-  std::uint64_t recorded_bytes = 0;
+  std::uint64_t recorded_bytes = 0;  // in the present file
   std::uint64_t disk_free_bytes = 0;
+
+  RecordingPhase recording_phase = RecordingPhase::idle;
+  std::string recording_cause;            // who or what started it: "operator", "at start", "trigger gust"; empty when idle
+  double recording_ends_s = 0;            // post-trigger: recording ends this much later, unless triggered again; 0: not set
+  std::uint32_t recording_part = 0;       // number of the present file among those of its session, from 1; 0: none
+  std::uint64_t session_bytes = 0;        // in all parts of this session so far
+  double write_rate_bytes_per_s = 0;      // smoothed
+  double disk_free_s = 0;                 // at this rate, until the least free space is reached; 0: not known
+  double pre_trigger_s = 0;               // what a trigger now would get of the past, log time
+  std::uint64_t pre_trigger_bytes = 0;    // it takes this much memory
+  std::uint64_t pre_trigger_cut_off = 0;  // samples that were young enough to be kept and had no room, since the daemon began
+  Copy copy;
+  double battery_percent = 0;  // 0: there is none, or it does not say
+  bool on_battery = false;
 };
 
 struct LogEntry {

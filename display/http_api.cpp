@@ -19,13 +19,14 @@ using nlohmann::json;
 constexpr std::size_t kLongestText_bytes = 500;
 constexpr double kFastestSpeed = 1000;
 
-constexpr std::array<std::pair<std::string_view, OperatorAction::Kind>, 6> kActions = {{
+constexpr std::array<std::pair<std::string_view, OperatorAction::Kind>, 7> kActions = {{
     {"mark", OperatorAction::Kind::mark},
     {"note", OperatorAction::Kind::note},
     {"add_target", OperatorAction::Kind::add_target},
     {"remove_target", OperatorAction::Kind::remove_target},
     {"start_recording", OperatorAction::Kind::start_recording},
     {"stop_recording", OperatorAction::Kind::stop_recording},
+    {"trigger", OperatorAction::Kind::trigger},
 }};
 
 Error wrong(const std::string& what) { return {ErrorCode::invalid_argument, what}; }
@@ -91,7 +92,7 @@ Result<OperatorAction> parse_action(std::string_view body) {
   if (!kind_name) return kind_name.error();
   const auto* kind = std::ranges::find(kActions, std::string_view(*kind_name), [](const auto& entry) { return entry.first; });
   if (kind == kActions.end()) {
-    return wrong("\"kind\" is one of mark, note, add_target, remove_target, start_recording, stop_recording");
+    return wrong("\"kind\" is one of mark, note, add_target, remove_target, start_recording, stop_recording, trigger");
   }
   OperatorAction action{.kind = kind->second};
   const auto text = text_field(object, "text");

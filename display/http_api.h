@@ -3,7 +3,7 @@
 //   GET  /api/state           the display's own state (also pushed on the channel /display/state)
 //   GET  /api/streams         what every stream is: topic, kind, role, device, metadata, channel
 //   GET  /api/history?channel=ID   what is kept of a channel (hub.h says in what form)
-//   POST /api/action   {"kind": "mark"|"note"|"add_target"|"remove_target"|"start_recording"|"stop_recording",
+//   POST /api/action   {"kind": "mark"|"note"|"add_target"|"remove_target"|"start_recording"|"stop_recording"|"trigger",
 //                       "text": "...", "camera": "camera0", "region": {"x": 0, "y": 0, "width": 0, "height": 0}}
 //   POST /api/player   {"command": "play"|"pause"|"speed", "speed": 2}          speed null: as fast as possible
 //

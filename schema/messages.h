@@ -233,6 +233,15 @@ void describe(Io& io, typename Io::template Ref<Health::Device> device) {
   io.text(3, device.message);
 }
 
+template <class Io>
+void describe(Io& io, typename Io::template Ref<Health::Copy> copy) {
+  io.text(1, copy.directory);
+  io.choice(2, copy.state, DeviceState::starting, DeviceState::finished);
+  io.text(3, copy.message);
+  io.uint(4, copy.verified_bytes);
+  io.uint(5, copy.behind_bytes);
+}
+
 // ---------------------------------------------------------------------------------------------------------------------
 // Payloads of roseau's own messages: fields 1 and 2 are the sample time and the header
 
@@ -245,7 +254,7 @@ void describe(Io& io, typename Io::template Ref<RawBytes> raw) {
 
 template <class Io>
 void describe(Io& io, typename Io::template Ref<OperatorAction> action) {
-  io.choice(3, action.kind, OperatorAction::Kind::mark, OperatorAction::Kind::note);
+  io.choice(3, action.kind, OperatorAction::Kind::mark, OperatorAction::Kind::trigger);
   io.text(4, action.text);
   io.text(5, action.camera);
   io.message(6, action.region);
@@ -383,6 +392,19 @@ void describe(Io& io, typename Io::template Ref<Health> health) {
   io.real(8, health.recording_s);
   io.uint(9, health.recorded_bytes);
   io.uint(10, health.disk_free_bytes);
+  io.choice(11, health.recording_phase, RecordingPhase::idle, RecordingPhase::post_trigger);
+  io.text(12, health.recording_cause);
+  io.real(13, health.recording_ends_s);
+  io.uint(14, health.recording_part);
+  io.uint(15, health.session_bytes);
+  io.real(16, health.write_rate_bytes_per_s);
+  io.real(17, health.disk_free_s);
+  io.real(18, health.pre_trigger_s);
+  io.uint(19, health.pre_trigger_bytes);
+  io.uint(20, health.pre_trigger_cut_off);
+  io.message(21, health.copy);
+  io.real(22, health.battery_percent);
+  io.flag(23, health.on_battery);
 }
 
 template <class Message>

@@ -99,7 +99,20 @@ inline Payload filled_payload(SampleKind kind, StreamTable& streams, FramePool& 
                     "/data/a.mcap",
                     61.5,
                     70'000'000'000,
-                    80'000'000'000};
+                    80'000'000'000,
+                    RecordingPhase::post_trigger,
+                    "trigger gust",
+                    12.5,
+                    3,
+                    90'000'000'000,
+                    2.5e8,
+                    320,
+                    9.5,
+                    1'000'000'000,
+                    17,
+                    {"/mnt/second", DeviceState::running, "slow", 60'000'000'000, 10'000'000'000},
+                    81.5,
+                    true};
     case SampleKind::log:
       return LogEntry{LogEntry::Level::error, "sonic", "no data"};
     case SampleKind::station_pose:

@@ -56,7 +56,7 @@ const EXPECTED = {
   "/test/clock_state": { schema: "roseau.ClockState", fields: { device: "camera0", samples: "9000000000" } },
   "/test/gap": { schema: "roseau.Gap", fields: { missing: 3 } },
   "/test/drop": { schema: "roseau.Drop", fields: { stage: "recorder", count: "5000000000" } },
-  "/test/health": { schema: "roseau.Health", fields: { recorder: "DEGRADED" } },
+  "/test/health": { schema: "roseau.Health", fields: { recorder: "DEGRADED", recordingPhase: "POST_TRIGGER", recordingPart: 3, diskFreeS: 320 } },
   "/test/station_pose": {
     schema: "foxglove.PoseInFrame",
     fields: { pose: { position: { x: 0.25, y: -0.5, z: 0.75 }, orientation: { x: -0.5, y: 0.5, z: -0.5, w: 0.5 } } },

@@ -30,6 +30,22 @@ TEST(FramePool, BufferReturnsOnlyWithTheLastLease) {
   EXPECT_EQ(pool.free_count(), 1U);
 }
 
+TEST(FrameLease, OfAnotherOwnersMemoryLetsItGoWithTheLastLease) {
+  std::vector<std::byte> memory(8, std::byte{7});
+  auto owner = std::make_shared<int>(0);
+  const std::weak_ptr<int> is_alive = owner;
+  FrameLease first = FrameLease::of(memory, std::move(owner));
+  first.writable_bytes()[1] = std::byte{9};
+  FrameLease second = first;
+  first = FrameLease{};
+  EXPECT_FALSE(is_alive.expired());
+  EXPECT_EQ(second.bytes().data(), memory.data());
+  EXPECT_EQ(second.bytes().size(), 8U);
+  EXPECT_EQ(second.bytes()[1], std::byte{9});
+  second = FrameLease{};
+  EXPECT_TRUE(is_alive.expired());
+}
+
 TEST(FramePool, LeaseOutlivesPool) {
   FrameLease lease;
   {

@@ -25,6 +25,7 @@ TEST(ParseAction, ReadsEveryKind) {
   EXPECT_EQ(parse_action(R"({"kind":"remove_target","text":"a"})")->kind, OperatorAction::Kind::remove_target);
   EXPECT_EQ(parse_action(R"({"kind":"start_recording"})")->kind, OperatorAction::Kind::start_recording);
   EXPECT_EQ(parse_action(R"({"kind":"stop_recording"})")->kind, OperatorAction::Kind::stop_recording);
+  EXPECT_EQ(parse_action(R"({"kind":"trigger"})")->kind, OperatorAction::Kind::trigger);
 }
 
 TEST(ParseAction, SaysWhatIsWrong) {
