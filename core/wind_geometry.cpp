@@ -10,17 +10,34 @@ namespace {
 constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
 constexpr std::string_view kSpar = "gill_spar";
 constexpr std::string_view kAxis = "gill_axis";
+constexpr std::string_view kEastNorth = "east_north";
 
-// u_spar = u cos 30 - v sin 30, v_spar = u sin 30 + v cos 30: the wind vector's angle grows by this.
-double angle_in_spar_deg(WindAxes axes) { return axes == WindAxes::gill_axis ? 30.0 : 0.0; }
+// By how much the wind vector's angle is larger in spar axes. By 30 degrees: u_spar = u cos 30 - v sin 30,
+// v_spar = u sin 30 + v cos 30. By -90: u_spar = v, v_spar = -u.
+double angle_in_spar_deg(WindAxes axes) {
+  switch (axes) {
+    case WindAxes::gill_spar:
+      return 0.0;
+    case WindAxes::gill_axis:
+      return 30.0;
+    case WindAxes::east_north:
+      return -90.0;
+  }
+  ROSEAU_CHECK(false);
+  return 0.0;
+}
 }  // namespace
 
-std::string_view to_string(WindAxes axes) { return axes == WindAxes::gill_axis ? kAxis : kSpar; }
+std::string_view to_string(WindAxes axes) {
+  if (axes == WindAxes::east_north) return kEastNorth;
+  return axes == WindAxes::gill_axis ? kAxis : kSpar;
+}
 
 Result<WindAxes> wind_axes_from_string(std::string_view name) {
   if (name == kSpar) return WindAxes::gill_spar;
   if (name == kAxis) return WindAxes::gill_axis;
-  return Error{ErrorCode::invalid_argument, "axes '" + std::string(name) + "' are not known: gill_spar, gill_axis"};
+  if (name == kEastNorth) return WindAxes::east_north;
+  return Error{ErrorCode::invalid_argument, "axes '" + std::string(name) + "' are not known: gill_spar, gill_axis, east_north"};
 }
 
 double wrap_degrees(double angle_deg) {

@@ -7,6 +7,8 @@
 //               instrument's north spar or N mark. The offset is the azimuth of that mark, degrees clockwise from north.
 //               direction = 180 - atan2(v, u) + north offset    (checked against EddyPro on the Hohes Holz record)
 //   gill_axis   the same turned by 30 degrees: u runs along the first transducer axis (Gill's AXIS setting)
+//   east_north  u > 0: from the west, v > 0: from the south, w > 0: upwards, where "north" is the instrument's own mark
+//               (meteorologists' components; Anemoment's TriSonica). The same turned by 90 degrees.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +19,7 @@
 
 namespace roseau {
 
-enum class WindAxes : std::uint8_t { gill_spar, gill_axis };
+enum class WindAxes : std::uint8_t { gill_spar, gill_axis, east_north };
 std::string_view to_string(WindAxes axes);
 Result<WindAxes> wind_axes_from_string(std::string_view name);
 

@@ -13,6 +13,8 @@ test("mounting is read from metadata", () => {
   const turned = horizontalWind(u, v, { northOffset_deg: 10, axes: "gill_axis" });
   const straight = horizontalWind(u * cos - v / 2, u / 2 + v * cos, spar(10));
   assert.ok(Math.abs(turned.from_deg - straight.from_deg) < 1e-9);
+  // A line of a TriSonica: S2 02.222 D 255 U 02.142 V 00.592
+  assert.ok(Math.abs(horizontalWind(2.142, 0.592, { northOffset_deg: 0, axes: "east_north" }).from_deg - 255) < 0.6);
 });
 
 // Gill: u > 0 blows from south to north, v > 0 from east to west.

@@ -33,6 +33,13 @@ TEST(WindDirection, AxisConventionIsThirtyDegreesOff) {
   EXPECT_NEAR(wind_direction_deg(u, v, 12, WindAxes::gill_axis), wind_direction_deg(u * c - v * s, u * s + v * c, 12), 1e-12);
 }
 
+TEST(WindDirection, EastAndNorthComponents) {
+  // A line of a TriSonica: S2 02.222 D 255 U 02.142 V 00.592
+  EXPECT_NEAR(wind_direction_deg(2.142, 0.592, 0, WindAxes::east_north), 255, 0.6);
+  EXPECT_NEAR(wind_direction_deg(2.142, 0.592, 20, WindAxes::east_north), 275, 0.6);
+  EXPECT_NEAR(wind_direction_deg(0, 1, 0, WindAxes::east_north), 180, 1e-12) << "v > 0: from the south";
+}
+
 TEST(WindDirection, StaysBelow360) {
   EXPECT_EQ(wrap_degrees(360), 0);
   EXPECT_EQ(wrap_degrees(-720), 0);
@@ -42,7 +49,7 @@ TEST(WindDirection, StaysBelow360) {
 }
 
 TEST(WindDirection, ComponentsAreItsInverse) {
-  for (const auto axes : {WindAxes::gill_spar, WindAxes::gill_axis}) {
+  for (const auto axes : {WindAxes::gill_spar, WindAxes::gill_axis, WindAxes::east_north}) {
     for (double direction_deg = 0; direction_deg < 360; direction_deg += 11) {
       const Vec2 wind = wind_components_mps(3, direction_deg, 235, axes);
       EXPECT_NEAR(std::hypot(wind.x, wind.y), 3, 1e-12);
@@ -52,7 +59,9 @@ TEST(WindDirection, ComponentsAreItsInverse) {
 }
 
 TEST(WindDirection, AxesHaveNames) {
-  for (const auto axes : {WindAxes::gill_spar, WindAxes::gill_axis}) EXPECT_EQ(*wind_axes_from_string(to_string(axes)), axes);
+  for (const auto axes : {WindAxes::gill_spar, WindAxes::gill_axis, WindAxes::east_north}) {
+    EXPECT_EQ(*wind_axes_from_string(to_string(axes)), axes);
+  }
   EXPECT_FALSE(wind_axes_from_string("young"));
 }
 

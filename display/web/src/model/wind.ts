@@ -8,7 +8,7 @@ export interface HorizontalWind {
 /** How an anemometer stands: the stream's metadata "axes" and "north_offset_deg" (core/wind_geometry.h). */
 export interface Mounting {
   northOffset_deg: number; // azimuth of the instrument's north mark
-  axes: string; // "gill_spar", or "gill_axis": turned by 30 degrees
+  axes: string; // "gill_spar", "gill_axis": turned by 30 degrees, or "east_north": by -90
 }
 
 export function mountingOf(metadata: Record<string, string>): Mounting {
@@ -16,9 +16,11 @@ export function mountingOf(metadata: Record<string, string>): Mounting {
   return { northOffset_deg: Number.isFinite(offset) ? offset : 0, axes: metadata["axes"] ?? "gill_spar" };
 }
 
+const turnedByAxes_deg: Record<string, number> = { gill_axis: 30, east_north: -90 };
+
 /** Gill's spar axes: u positive blowing towards the instrument's north, v positive blowing towards its west. */
 export function horizontalWind(u_mps: number, v_mps: number, mounting: Mounting): HorizontalWind {
-  const turned_deg = mounting.axes === "gill_axis" ? 30 : 0;
+  const turned_deg = turnedByAxes_deg[mounting.axes] ?? 0;
   const from_deg = (Math.atan2(v_mps, -u_mps) * 180) / Math.PI - turned_deg + mounting.northOffset_deg;
   return { speed_mps: Math.hypot(u_mps, v_mps), from_deg: ((from_deg % 360) + 360) % 360 };
 }
