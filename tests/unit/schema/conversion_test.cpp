@@ -168,7 +168,12 @@ std::string expected_json(SampleKind kind) {
           R"("streams":[{"topic":"/sonic/raw","received":"1","recorded":"2","dropped":"3","gaps":"4","bad":"5","late":"6",)"
           R"("rate_hz":20.5,"age_s":0.05}],"devices":[{"name":"sonic","state":"REOPENING",)"
           R"("message":"/dev/ttyUSB0 is gone: plug it in"}],"recorder":"DEGRADED","recorder_message":"the disk is full",)"
-          R"("recording_path":"/data/a.mcap","recording_s":61.5,"recorded_bytes":"70000000000","disk_free_bytes":"80000000000")");
+          R"("recording_path":"/data/a.mcap","recording_s":61.5,"recorded_bytes":"70000000000","disk_free_bytes":"80000000000",)"
+          R"("recording_phase":"POST_TRIGGER","recording_cause":"trigger gust","recording_ends_s":12.5,"recording_part":3,)"
+          R"("session_bytes":"90000000000","write_rate_bytes_per_s":2.5e8,"disk_free_s":320,"pre_trigger_s":9.5,)"
+          R"("pre_trigger_bytes":"1000000000","pre_trigger_cut_off":"17","copy":{"directory":"/mnt/second","state":"RUNNING",)"
+          R"("message":"slow","verified_bytes":"60000000000","behind_bytes":"10000000000"},"battery_percent":81.5,)"
+          R"("on_battery":true)");
     case SampleKind::log:
       return own(R"("level":"ERROR","message":"no data","name":"sonic")");
     case SampleKind::station_pose:
