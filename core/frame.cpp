@@ -135,4 +135,18 @@ Result<PixelFormat> pixel_format_from_string(std::string_view name) {
   return found->format;
 }
 
+namespace {
+constexpr std::string_view kStorageNames[] = {"raw", "png", "jpeg"};  // in the order of ImageStorage
+}  // namespace
+
+std::string_view to_string(ImageStorage storage) { return kStorageNames[static_cast<std::size_t>(storage)]; }
+
+Result<ImageStorage> image_storage_from_string(std::string_view name) {
+  const auto* found = std::ranges::find(kStorageNames, name);
+  if (found == std::end(kStorageNames)) {
+    return Error{ErrorCode::invalid_argument, "image storage '" + std::string(name) + "' is not one of raw, png, jpeg"};
+  }
+  return static_cast<ImageStorage>(found - std::begin(kStorageNames));
+}
+
 }  // namespace roseau

@@ -80,7 +80,25 @@ class FramePool {
   std::shared_ptr<struct FramePoolState> state_;
 };
 
+/// How a camera's pictures are kept: as they came, losslessly compressed, or lossy.
+enum class ImageStorage : std::uint8_t { raw, png, jpeg };
+std::string_view to_string(ImageStorage storage);
+Result<ImageStorage> image_storage_from_string(std::string_view name);
+
+/// A whole PNG or JPEG file in memory: the stored form of a frame. Empty lease: none.
+struct CodedImage {
+  FrameLease lease;
+  std::size_t size = 0;  // bytes of the lease in use
+  ImageStorage format = ImageStorage::png;
+
+  explicit operator bool() const { return static_cast<bool>(lease); }
+  std::span<const std::byte> bytes() const { return lease.bytes().first(size); }
+};
+
 /// One image. Rows are `stride` bytes apart, top row first.
+///
+/// A frame may carry its stored form: from a camera that is stored lossy, whose pixels are what that decodes to, and from a
+/// recording of coded pictures. Who stores the frame takes `coded` as it is; everybody else looks at the pixels.
 struct Frame {
   FrameLease pixels;
   std::uint32_t width = 0;
@@ -88,6 +106,7 @@ struct Frame {
   std::uint32_t stride = 0;
   PixelFormat format = PixelFormat::mono8;
   Duration exposure_duration{0};  // 0 = unknown
+  CodedImage coded;
 
   std::span<const std::byte> bytes() const { return pixels.bytes().first(std::size_t{stride} * height); }
 };

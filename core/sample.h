@@ -255,7 +255,7 @@ struct Gap {
 /// Items we threw away, where and how many since the last report.
 struct Drop {
   std::string topic;
-  std::string stage;  // "sequencer", "recorder", "tracking", "display"
+  std::string stage;  // "image_coding", "sequencer", "recorder", "tracking", "display"
   std::uint64_t count = 0;
 };
 

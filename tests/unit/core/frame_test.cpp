@@ -93,5 +93,25 @@ TEST(PixelFormat, NamesGoBothWays) {
   EXPECT_FALSE(pixel_format_from_string("mono9"));
 }
 
+TEST(ImageStorage, NamesGoBothWays) {
+  for (const auto storage : {ImageStorage::raw, ImageStorage::png, ImageStorage::jpeg}) {
+    const auto back = image_storage_from_string(to_string(storage));
+    ASSERT_TRUE(back);
+    EXPECT_EQ(*back, storage);
+  }
+  EXPECT_FALSE(image_storage_from_string("gif"));
+}
+
+TEST(CodedImage, IsTheUsedPartOfItsBuffer) {
+  FramePool pool(1, 8);
+  Frame frame;
+  EXPECT_FALSE(frame.coded);
+  frame.coded = {.lease = pool.acquire(), .size = 5, .format = ImageStorage::jpeg};
+  EXPECT_TRUE(frame.coded);
+  EXPECT_EQ(frame.coded.bytes().size(), 5U);
+  frame = {};
+  EXPECT_EQ(pool.free_count(), 1U);
+}
+
 }  // namespace
 }  // namespace roseau
