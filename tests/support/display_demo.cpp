@@ -4,6 +4,7 @@
 //   display_demo [--port N] [--for SECONDS] [--trouble] [--settling] [--no-target] [--replay] [--web DIR]
 //
 // Prints "http://127.0.0.1:PORT" when it serves. --trouble: a silent sonic, gaps, a lost target, a full disk.
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -124,6 +125,12 @@ class Player final : public PlayerControl {
   }
   void set_speed(double speed) override {
     set([speed](PlayerState& state) { state.speed = speed; });
+  }
+  void seek(HostTime time) override {
+    set([time](PlayerState& state) {
+      state.position = std::clamp(time, state.begin, state.end);
+      state.jumps_done = ++state.jumps;
+    });
   }
   PlayerState state() const override {
     const std::scoped_lock lock(mutex_);

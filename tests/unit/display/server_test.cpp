@@ -27,7 +27,11 @@ class FakePlayer final : public PlayerControl {
   void play() override { playing = true; }
   void pause() override { playing = false; }
   void set_speed(double value) override { speed = value; }
-  PlayerState state() const override { return {.playing = playing, .speed = speed, .position = host_time_from_ns(7)}; }
+  void seek(HostTime time) override { position_ns = to_ns(time); }
+  PlayerState state() const override {
+    return {.playing = playing, .speed = speed, .position = host_time_from_ns(position_ns)};
+  }
+  std::atomic<std::int64_t> position_ns{7};
   std::atomic<bool> playing{true};
   std::atomic<double> speed{1};
 };
