@@ -266,7 +266,7 @@ std::string_view to_string(DeviceState state);
 enum class RecordingPhase : std::uint8_t { idle, recording, post_trigger };
 std::string_view to_string(RecordingPhase phase);
 
-/// Counters of one stream since the session began.
+/// Counters of one stream since the session began (in a file: of that file alone).
 struct StreamCounters {
   std::uint64_t received = 0;
   std::uint64_t recorded = 0;
@@ -274,6 +274,14 @@ struct StreamCounters {
   std::uint64_t gaps = 0;
   std::uint64_t bad = 0;
   std::uint64_t late = 0;
+
+  // Where what was dropped was dropped. Their sum is `dropped`, but for frames that were recorded and not analysed (Skip).
+  std::uint64_t dropped_intake = 0;   // between device and sequencer: its ring was full
+  std::uint64_t dropped_queue = 0;    // the recorder's queue was full: the disk was too slow
+  std::uint64_t dropped_encoder = 0;  // pictures: the encoder failed
+  std::uint64_t dropped_write = 0;    // a write failed, or came after one that had failed
+
+  std::uint64_t repeated = 0;  // of `recorded`: copies of what an earlier part of the session holds
 };
 
 /// Once a second: how everything is. Never part of the digest.

@@ -248,6 +248,13 @@ Result<void> Recorder::close() {
 
 RecorderState Recorder::state() const { return shared_->queue.state(streams_); }
 
+std::filesystem::path default_part_path(const std::filesystem::path& first, std::uint32_t part) {
+  if (part <= 1) return first;
+  std::string number = std::to_string(part);
+  if (number.size() < 3) number.insert(0, 3 - number.size(), '0');  // so that names sort as the parts do
+  return first.parent_path() / (first.stem().string() + ".part" + number + first.extension().string());
+}
+
 Duration current_utc_minus_host_time() {
   const auto read = [](clockid_t clock) {
     timespec time{};

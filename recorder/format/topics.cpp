@@ -23,13 +23,26 @@ constexpr std::string_view kUtcKey = "utc_minus_host_time_ns";
 
 constexpr std::array<std::string_view, 3> kRoleNames = {"raw", "derived", "health"};  // in the order of StreamRole
 
-constexpr std::array<std::pair<std::string_view, std::uint64_t StreamCounters::*>, 6> kCounters = {{
+constexpr std::string_view kSessionIdKey = "session_id";
+constexpr std::string_view kPartKey = "part";
+constexpr std::string_view kRepeatedKey = "repeated_messages";
+
+/// Before the names of counters that are the whole session's.
+constexpr std::string_view kSessionPrefix = "session_";
+
+constexpr std::size_t kAlwaysWritten = 6;  // of those below; the others only where they are not 0
+constexpr std::array<std::pair<std::string_view, std::uint64_t StreamCounters::*>, 11> kCounters = {{
     {"received", &StreamCounters::received},
     {"recorded", &StreamCounters::recorded},
     {"dropped", &StreamCounters::dropped},
     {"gaps", &StreamCounters::gaps},
     {"bad", &StreamCounters::bad},
     {"late", &StreamCounters::late},
+    {"dropped_intake", &StreamCounters::dropped_intake},
+    {"dropped_queue", &StreamCounters::dropped_queue},
+    {"dropped_encoder", &StreamCounters::dropped_encoder},
+    {"dropped_write", &StreamCounters::dropped_write},
+    {"repeated", &StreamCounters::repeated},
 }};
 
 template <class T>
@@ -51,9 +64,23 @@ Error bad_metadata(const Metadata& metadata, std::string_view key) {
   return {ErrorCode::corrupt, "metadata '" + metadata.name + "': '" + std::string(key) + "' is missing or not a number"};
 }
 
+struct CounterSets {
+  StreamCounters file;
+  std::optional<StreamCounters> session;  // where it is said
+};
+
+void add_to_text(const StreamCounters& counters, std::string_view prefix, std::string& text) {
+  for (std::size_t i = 0; i < kCounters.size(); ++i) {
+    const auto& [name, member] = kCounters[i];
+    if (i >= kAlwaysWritten && counters.*member == 0) continue;
+    if (!text.empty()) text += ' ';
+    text += std::string(prefix) + std::string(name) + "=" + std::to_string(counters.*member);
+  }
+}
+
 /// "received=3 recorded=2 ..." in any order; words that a newer program added are skipped.
-std::optional<StreamCounters> counters_from_text(std::string_view text) {
-  StreamCounters counters;
+std::optional<CounterSets> counters_from_text(std::string_view text) {
+  CounterSets sets;
   while (!text.empty()) {
     const std::string_view word = text.substr(0, text.find(' '));
     text.remove_prefix(std::min(text.size(), word.size() + 1));
@@ -61,10 +88,22 @@ std::optional<StreamCounters> counters_from_text(std::string_view text) {
     if (equals == std::string_view::npos) return std::nullopt;
     const auto value = number_from<std::uint64_t>(word.substr(equals + 1));
     if (!value) return std::nullopt;
-    const auto* known = std::ranges::find(kCounters, word.substr(0, equals), [](const auto& entry) { return entry.first; });
-    if (known != kCounters.end()) counters.*(known->second) = *value;
+    std::string_view name = word.substr(0, equals);
+    const bool of_session = name.starts_with(kSessionPrefix);
+    if (of_session) name.remove_prefix(kSessionPrefix.size());
+    const auto* known = std::ranges::find(kCounters, name, [](const auto& entry) { return entry.first; });
+    if (known == kCounters.end()) continue;
+    if (of_session && !sets.session) sets.session.emplace();
+    StreamCounters& counters = of_session ? *sets.session : sets.file;
+    counters.*(known->second) = *value;
   }
-  return counters;
+  return sets;
+}
+
+std::string counters_text(const StreamCounters& counters) {
+  std::string text;
+  add_to_text(counters, "", text);
+  return text;
 }
 
 }  // namespace
@@ -75,6 +114,11 @@ Metadata to_metadata(const SessionInfo& info) {
   metadata.metadata[std::string(kSchemaVersionKey)] = std::to_string(info.schema_version);
   metadata.metadata[std::string(kProgramVersionKey)] = info.program_version;
   if (info.utc_minus_host_time) metadata.metadata[std::string(kUtcKey)] = std::to_string(info.utc_minus_host_time->count());
+  if (!info.session_id.empty()) {
+    metadata.metadata[std::string(kSessionIdKey)] = schema::to_utf8(info.session_id);
+    metadata.metadata[std::string(kPartKey)] = std::to_string(info.part);
+  }
+  if (info.repeated_messages > 0) metadata.metadata[std::string(kRepeatedKey)] = std::to_string(info.repeated_messages);
   return metadata;
 }
 
@@ -94,6 +138,16 @@ Result<SessionInfo> session_info_from(const Metadata& metadata) {
     const auto offset_ns = number_from<std::int64_t>(*utc);
     if (!offset_ns) return bad_metadata(metadata, kUtcKey);
     info.utc_minus_host_time = Duration{*offset_ns};
+  }
+  info.session_id = take(info.other, kSessionIdKey).value_or("");
+  constexpr std::pair<std::string_view, std::uint32_t SessionInfo::*> kNumbers[] = {
+      {kPartKey, &SessionInfo::part}, {kRepeatedKey, &SessionInfo::repeated_messages}};
+  for (const auto& [key, member] : kNumbers) {
+    const auto text = take(info.other, key);
+    if (!text) continue;
+    const auto number = number_from<std::uint32_t>(*text);
+    if (!number) return bad_metadata(metadata, key);
+    info.*member = *number;
   }
   return info;
 }
@@ -148,13 +202,16 @@ HostTime host_time_from(std::uint64_t log_time_ns) {
 
 Metadata to_metadata(const TopicCounters& counters) {
   Metadata metadata{std::string(kCountersMetadata), {}};
-  for (const auto& [topic, values] : counters) {
-    std::string text;
-    for (const auto& [name, member] : kCounters) {
-      if (!text.empty()) text += ' ';
-      text += std::string(name) + "=" + std::to_string(values.*member);
-    }
-    metadata.metadata[schema::to_utf8(topic)] = text;
+  for (const auto& [topic, values] : counters) metadata.metadata[schema::to_utf8(topic)] = counters_text(values);
+  return metadata;
+}
+
+Metadata to_metadata(const TopicCounters& file, const TopicCounters& session) {
+  Metadata metadata = to_metadata(file);
+  for (const auto& [topic, values] : session) {
+    std::string& text = metadata.metadata[schema::to_utf8(topic)];
+    if (text.empty()) text = counters_text({});  // nothing of this topic in this file
+    add_to_text(values, kSessionPrefix, text);
   }
   return metadata;
 }
@@ -162,9 +219,19 @@ Metadata to_metadata(const TopicCounters& counters) {
 Result<TopicCounters> counters_from(const Metadata& metadata) {
   TopicCounters counters;
   for (const auto& [topic, text] : metadata.metadata) {
-    const auto values = counters_from_text(text);
-    if (!values) return bad_metadata(metadata, topic);
-    counters[topic] = *values;
+    const auto sets = counters_from_text(text);
+    if (!sets) return bad_metadata(metadata, topic);
+    counters[topic] = sets->file;
+  }
+  return counters;
+}
+
+Result<TopicCounters> session_counters_from(const Metadata& metadata) {
+  TopicCounters counters;
+  for (const auto& [topic, text] : metadata.metadata) {
+    const auto sets = counters_from_text(text);
+    if (!sets) return bad_metadata(metadata, topic);
+    counters[topic] = sets->session.value_or(sets->file);
   }
   return counters;
 }

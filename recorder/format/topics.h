@@ -41,6 +41,13 @@ struct SessionInfo {
   /// in imported data without dates.
   std::optional<Duration> utc_minus_host_time;
   StringMap other;  // everything else: site name, operator, host name...
+
+  /// A session may be split into several files, its parts; each reads alone. Parts of one session have the same id.
+  std::string session_id;  // empty: written before there were parts, or by another program
+  std::uint32_t part = 1;  // from 1
+  /// So many messages at the front of the file repeat samples of earlier parts (calibrations, targets), restated as of the
+  /// part's beginning. Whoever joins parts leaves them out. They are counted as `repeated` too.
+  std::uint32_t repeated_messages = 0;
 };
 Metadata to_metadata(const SessionInfo& info);
 
@@ -60,9 +67,15 @@ Result<StreamInfo> stream_info_from(const Channel& channel, const Schema* schema
 std::uint64_t log_time_from(HostTime time);
 HostTime host_time_from(std::uint64_t log_time_ns);
 
-/// Counters as a metadata record, by topic, and back. Used for checkpoints and for the end of a session.
+/// Counters as a metadata record, by topic, and back. Used for checkpoints and for the end of a file.
 using TopicCounters = std::map<std::string, StreamCounters>;
 Metadata to_metadata(const TopicCounters& counters);
 Result<TopicCounters> counters_from(const Metadata& metadata);
+
+/// In a part of a session there are two sets: of this file (their sums over all parts are the session's), and of the session
+/// from its beginning to the end of this file. One record holds both; older programs read the first.
+Metadata to_metadata(const TopicCounters& file, const TopicCounters& session);
+/// The session's; the file's own where nothing else is said.
+Result<TopicCounters> session_counters_from(const Metadata& metadata);
 
 }  // namespace roseau::mcap

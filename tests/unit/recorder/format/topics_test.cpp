@@ -95,6 +95,53 @@ TEST(Topics, CountersGoBothWaysAndSkipNewWords) {
   EXPECT_FALSE(counters_from({"roseau.counters", {{"/a", "received=many"}}}));
 }
 
+TEST(Topics, CountersOfAPartHoldTheSessionsToo) {
+  const TopicCounters file{{"/a", {.received = 1, .recorded = 3, .repeated = 2}}};
+  const TopicCounters session{{"/a",
+                               {.received = 9,
+                                .recorded = 5,
+                                .dropped = 10,
+                                .dropped_intake = 1,
+                                .dropped_queue = 2,
+                                .dropped_encoder = 3,
+                                .dropped_write = 4}},
+                              {"/b", {.received = 7}}};
+  const auto metadata = to_metadata(file, session);
+  const auto file_back = counters_from(metadata);
+  ASSERT_TRUE(file_back);
+  EXPECT_EQ(file_back->at("/a").recorded, 3U);
+  EXPECT_EQ(file_back->at("/a").repeated, 2U);
+  EXPECT_EQ(file_back->at("/a").dropped, 0U);
+  EXPECT_EQ(file_back->at("/b").received, 0U);
+  const auto session_back = session_counters_from(metadata);
+  ASSERT_TRUE(session_back);
+  EXPECT_EQ(session_back->at("/a").recorded, 5U);
+  EXPECT_EQ(session_back->at("/a").dropped_intake, 1U);
+  EXPECT_EQ(session_back->at("/a").dropped_queue, 2U);
+  EXPECT_EQ(session_back->at("/a").dropped_encoder, 3U);
+  EXPECT_EQ(session_back->at("/a").dropped_write, 4U);
+  EXPECT_EQ(session_back->at("/a").repeated, 0U);
+  EXPECT_EQ(session_back->at("/b").received, 7U);
+  // A file that was never split says it once.
+  EXPECT_EQ(session_counters_from(to_metadata(file))->at("/a").recorded, 3U);
+}
+
+TEST(Topics, PartsOfASessionSayTheirNumber) {
+  const SessionInfo info{.schema_version = 1, .session_id = "20260801-0a1b", .part = 3, .repeated_messages = 2};
+  const auto back = session_info_from(to_metadata(info));
+  ASSERT_TRUE(back) << back.error().message;
+  EXPECT_EQ(back->session_id, "20260801-0a1b");
+  EXPECT_EQ(back->part, 3U);
+  EXPECT_EQ(back->repeated_messages, 2U);
+  EXPECT_TRUE(back->other.empty());
+  const auto old = session_info_from(to_metadata(SessionInfo{.schema_version = 1}));
+  EXPECT_EQ(old->session_id, "");
+  EXPECT_EQ(old->part, 1U);
+  auto broken = to_metadata(info);
+  broken.metadata["part"] = "third";
+  EXPECT_EQ(session_info_from(broken).error().code, ErrorCode::corrupt);
+}
+
 TEST(Topics, TimesBeforeZeroBecomeZero) {
   EXPECT_EQ(log_time_from(host_time_from_ns(-5)), 0U);
   EXPECT_EQ(log_time_from(host_time_from_ns(5)), 5U);
