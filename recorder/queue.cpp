@@ -42,7 +42,7 @@ Queue::Counts& Queue::counts_of(StreamId stream) {
 
 void Queue::drop(StreamId stream, std::uint64_t count) { counts_of(stream).dropped += count; }
 
-bool Queue::push(const Sample& sample, HostTime log_time) {
+bool Queue::push(const Sample& sample, HostTime log_time, bool wait_when_full) {
   const std::uint64_t bytes = bytes_of(sample);
   std::unique_lock lock(mutex_);
   if (!taking_) return true;
@@ -52,7 +52,7 @@ bool Queue::push(const Sample& sample, HostTime log_time) {
 
   // One sample is always let in, however large, or it could never be recorded.
   const auto fits = [&] { return held_bytes_ == 0 || held_bytes_ + bytes <= budget_bytes_; };
-  if (wait_when_full_ && !fits()) {
+  if (wait_when_full && !fits()) {
     ++waiting_callers_;
     wake_writer();
     space_ready_.wait(lock, [&] { return fits() || write_failed_ || !taking_; });

@@ -25,13 +25,13 @@ struct QueuedSample {
 
 class Queue {
  public:
-  Queue(std::uint64_t budget_bytes, bool wait_when_full) : budget_bytes_(budget_bytes), wait_when_full_(wait_when_full) {}
+  explicit Queue(std::uint64_t budget_bytes) : budget_bytes_(budget_bytes) {}
 
   /// A new file: counters and state begin anew, samples are taken.
   void begin(const std::string& path);
 
   /// Callers' side; see Recorder::record.
-  bool push(const Sample& sample, HostTime log_time);
+  bool push(const Sample& sample, HostTime log_time, bool wait_when_full);
 
   /// Writer's side: everything queued, in order, into `batch` (replaced); waits for something until `deadline`. False: the file
   /// is being closed, and this was the last.
@@ -67,7 +67,6 @@ class Queue {
   void wake_writer();
 
   const std::uint64_t budget_bytes_;
-  const bool wait_when_full_;
   mutable std::mutex mutex_;
   std::condition_variable work_ready_;
   std::condition_variable space_ready_;

@@ -36,7 +36,7 @@ mcap::TopicCounters merge(mcap::TopicCounters counters, const mcap::TopicCounter
 }  // namespace
 
 struct Recorder::Shared {
-  explicit Shared(const RecorderOptions& options) : queue(options.queue_bytes, options.wait_when_full) {}
+  explicit Shared(const RecorderOptions& options) : queue(options.queue_bytes) {}
   Queue queue;
 };
 
@@ -230,7 +230,13 @@ Result<void> Recorder::open(std::unique_ptr<mcap::Writable> out, const std::stri
 
 Error Recorder::already_open() const { return {ErrorCode::busy, "already recording to " + state().path + ": stop that first"}; }
 
-bool Recorder::record(const Sample& sample, HostTime log_time) { return shared_->queue.push(sample, log_time); }
+bool Recorder::record(const Sample& sample, HostTime log_time) {
+  return shared_->queue.push(sample, log_time, options_.wait_when_full);
+}
+
+bool Recorder::record_waiting(const Sample& sample, HostTime log_time) {
+  return shared_->queue.push(sample, log_time, /*wait_when_full=*/true);
+}
 
 bool Recorder::receive(Sample sample) {
   last_received_ = std::max(sample.header.arrival_time, last_received_ + Duration{1});

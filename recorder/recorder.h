@@ -142,6 +142,10 @@ class Recorder : public SampleSink {
   /// ignored: true. `log_time` is the order in which a replay feeds the samples: the sequencer's numbering.
   bool record(const Sample& sample, HostTime log_time);
 
+  /// The same, but waits while the queue is full, whatever the options say. For samples that were kept back before: a burst that
+  /// may take as long as it needs. False: a write has failed, or the file is being closed.
+  bool record_waiting(const Sample& sample, HostTime log_time);
+
   /// For sources without a sequencer (import, simulation), one thread at a time: the log time is the arrival time made strictly
   /// increasing.
   bool receive(Sample sample) override;
