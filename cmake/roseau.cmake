@@ -22,9 +22,9 @@ function(roseau_library folder)
 endfunction()
 
 # roseau_test(core SOURCES ... USES core support LINKS ...): one GoogleTest binary, each test its own ctest entry.
-# A test that calls GTEST_SKIP is counted as skipped in ctest's summary.
+# A test that calls GTEST_SKIP is counted as skipped in ctest's summary. LABELS hardware: not part of `./dev test`.
 function(roseau_test folder)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;USES;LINKS" ${ARGN})
+  cmake_parse_arguments(ARG "" "TIMEOUT;LABELS" "SOURCES;USES;LINKS" ${ARGN})
   string(REPLACE "/" "_" name ${folder})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
@@ -40,5 +40,5 @@ function(roseau_test folder)
   gtest_discover_tests(test_${name}
     TEST_PREFIX "${folder}/"
     DISCOVERY_TIMEOUT 60
-    PROPERTIES TIMEOUT ${ARG_TIMEOUT} SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\]")
+    PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}" SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\]")
 endfunction()
