@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -52,7 +53,7 @@ const char* advice_for(int error_number) {
     case EEXIST:
       return ": move it away or choose another name (a session is never overwritten)";
     case EROFS:
-      return ": remount the disk for writing or record elsewhere";
+      return ": was the disk unplugged, or has it errors? See dmesg; record to another disk";
     default:
       return "";
   }
@@ -252,9 +253,13 @@ void FileWritable::start_writeback() {
   writeback_until_ = size_;
 }
 
+/// A file system that became read-only under us (a disk that was unplugged or has errors) may take writes into the page cache
+/// and even say that they were synced: the kernel loses them in silence. So it is asked each time.
 Result<void> FileWritable::sync() {
-  if (::fdatasync(fd_) == 0 || errno == EINVAL || errno == EROFS) return {};  // EINVAL: not a file that can be synced
-  return failure("cannot write", errno);
+  if (::fdatasync(fd_) != 0 && errno != EINVAL) return failure("cannot write", errno);  // EINVAL: not a file that can be synced
+  struct statvfs file_system {};
+  if (::fstatvfs(fd_, &file_system) == 0 && (file_system.f_flag & ST_RDONLY) != 0) return failure("cannot write", EROFS);
+  return {};
 }
 
 Result<void> FileWritable::close() {

@@ -25,7 +25,7 @@ struct Entry {
   std::uint64_t sector;
   std::uint64_t sectors;
   std::uint64_t flags;
-  std::uint64_t data_bytes;
+  std::uint64_t mark_bytes;
 } __attribute__((packed));
 
 template <class T>
@@ -71,14 +71,15 @@ WriteLog read_write_log(const std::filesystem::path& path) {
     if (!read(file, position, entry)) break;
     position += head.sector_bytes;
     flush |= (entry.flags & kFlushFlag) != 0;
-    if (entry.data_bytes == 0 || (entry.flags & kDiscardFlag) != 0) continue;
+    const std::uint64_t bytes = entry.sectors * head.sector_bytes;
+    if (bytes == 0 || (entry.flags & kDiscardFlag) != 0) continue;
     WriteLog::Write write{.offset = entry.sector * head.sector_bytes,
-                          .data = std::vector<std::byte>(entry.data_bytes),
+                          .data = std::vector<std::byte>(bytes),
                           .flushes_before = flush,
                           .durable = (entry.flags & kWriteThroughFlag) != 0};
     flush = false;
     if (!file.read(reinterpret_cast<char*>(write.data.data()), static_cast<std::streamsize>(write.data.size()))) break;
-    position += (entry.data_bytes + head.sector_bytes - 1) / head.sector_bytes * head.sector_bytes;
+    position += bytes;
     log.writes.push_back(std::move(write));
   }
   return log;
