@@ -25,6 +25,7 @@ const std::filesystem::path& work_directory();
 void add_animation_cases(std::vector<Case>& cases);
 void add_chain_cases(std::vector<Case>& cases);
 void add_estimation_cases(std::vector<Case>& cases);
+void add_image_cases(std::vector<Case>& cases);
 void add_mechanics_cases(std::vector<Case>& cases);
 void add_pipeline_cases(std::vector<Case>& cases);
 void add_recording_cases(std::vector<Case>& cases);

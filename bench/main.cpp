@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
   roseau::bench::add_animation_cases(cases);
   roseau::bench::add_chain_cases(cases);
   roseau::bench::add_estimation_cases(cases);
+  roseau::bench::add_image_cases(cases);
   roseau::bench::add_mechanics_cases(cases);
   roseau::bench::add_pipeline_cases(cases);
   roseau::bench::add_recording_cases(cases);
