@@ -16,7 +16,7 @@ class SampleSink {
   virtual ~SampleSink() = default;
   /// Takes the sample. False: it was dropped because this sink is full (the sink has counted it).
   virtual bool receive(Sample sample) = 0;
-  /// No more samples are coming: pass on whatever is held back.
+  /// No more samples are coming, or not for a long while: pass on whatever is held back.
   virtual void flush() {}
 };
 
@@ -24,6 +24,9 @@ enum class ReadStatus {
   more,      // something was delivered; call again
   idle,      // nothing came within the timeout
   finished,  // the source has ended (end of a file); never returned by a live device
+  // Of recordings alone: what follows does not continue what came before, so that everything behind it starts anew.
+  jumped,       // somebody wants to see another time; what is still under way no longer matters
+  round_ended,  // the recording starts over; what came before is whole
 };
 
 /// One device (or one whole recorded session). Used by one thread at a time: the supervisor's thread for that device calls

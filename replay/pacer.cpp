@@ -28,6 +28,7 @@ void Pacer::changed() {
 void Pacer::jump_to(HostTime time) {
   position_ = time;
   shown_until_ = time + lookahead_;
+  showing_ = true;
   ended_ = false;
   ++jumps_;
   anchor_here();
@@ -37,9 +38,9 @@ void Pacer::play() {
   const std::scoped_lock lock(mutex_);
   if (playing_ && !ended_) return;
   playing_ = true;
-  if (ended_) {
-    jump_to(begin_);
+  if (position_ >= end_ && !seek_) {
     seek_ = begin_;
+    jump_to(begin_);
   }
   anchor_here();
   changed();
@@ -84,7 +85,7 @@ void Pacer::set_lookahead(Duration lookahead) {
 }
 
 Duration Pacer::until_due_locked(HostTime session_time) const {
-  if (!playing_) return session_time <= shown_until_ ? Duration{0} : Duration::max();
+  if (!playing_) return showing_ ? Duration{0} : Duration::max();
   if (std::isinf(speed_)) return Duration{0};
   const double ahead_s = to_seconds(session_time - anchor_session_) / speed_;
   return anchor_host_ + from_seconds(ahead_s) - now_();
@@ -106,6 +107,7 @@ Duration Pacer::wait_until_due(HostTime session_time, Duration limit) {
 
 void Pacer::reached(HostTime session_time) {
   const std::scoped_lock lock(mutex_);
+  if (session_time >= shown_until_ && !seek_) showing_ = false;
   // What leads up to a place that was sought, or shows it while paused, does not move the place.
   if (playing_ && !seek_) position_ = std::max(position_, session_time);
 }
@@ -114,6 +116,18 @@ std::optional<HostTime> Pacer::take_seek() {
   const std::scoped_lock lock(mutex_);
   if (seek_) jumps_done_ = jumps_;
   return std::exchange(seek_, std::nullopt);
+}
+
+bool Pacer::has_seek() const {
+  const std::scoped_lock lock(mutex_);
+  return seek_.has_value();
+}
+
+void Pacer::wait_for_change(Duration limit) {
+  std::unique_lock lock(mutex_);
+  if (seek_) return;
+  const std::uint64_t before = changes_;
+  change_.wait_for(lock, limit, [this, before] { return changes_ != before; });
 }
 
 void Pacer::restart() {

@@ -39,6 +39,10 @@ class Pacer : public PlayerControl {
   void reached(HostTime session_time);
   /// The last place sought since the call before, if any: it is being carried out.
   std::optional<HostTime> take_seek();
+  /// Whether take_seek() would give one.
+  bool has_seek() const;
+  /// Waits until somebody played, paused, sought or changed the speed, at most `limit`. Not at all when a seek waits.
+  void wait_for_change(Duration limit);
   /// From the start again (a loop): a jump that nobody asked for.
   void restart();
   void end();
@@ -60,8 +64,9 @@ class Pacer : public PlayerControl {
   HostTime anchor_host_;
   HostTime position_;
   Duration lookahead_{0};
-  HostTime shown_until_{Duration::min()};  // due even while paused
-  std::optional<HostTime> seek_;           // asked for, not yet taken
+  HostTime shown_until_{Duration::min()};  // what is due even while paused ends with the first sample from here on
+  bool showing_ = false;
+  std::optional<HostTime> seek_;  // asked for, not yet taken
   double speed_;
   bool playing_ = true;
   bool ended_ = false;

@@ -1,6 +1,8 @@
 #include "replay/session_source.h"
 
 #include <algorithm>
+#include <array>
+#include <iterator>
 #include <thread>
 
 #include "core/log.h"
@@ -16,8 +18,11 @@ constexpr std::size_t kFewestFrames = 32;
 constexpr std::size_t kMostFrames = 64;
 constexpr std::chrono::milliseconds kPoolWait{1};
 constexpr int kPoolWaits = 2000;
-// Between the end of one round of a loop and the start of the next.
-constexpr Duration kLoopPause = std::chrono::milliseconds(40);
+// How much before a place that is sought small samples start, so that there are values to show; and how far back its pictures
+// are looked for: near first, because looking reads them.
+constexpr Duration kLeadIn = std::chrono::seconds(2);
+constexpr std::array<Duration, 3> kFrameReach = {std::chrono::milliseconds(100), std::chrono::seconds(1),
+                                                 std::chrono::seconds(10)};
 
 std::string text_of(std::span<const std::byte> bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
 
@@ -113,22 +118,84 @@ std::vector<std::string> SessionSource::cameras() const {
 Result<void> SessionSource::open(StreamTable& streams) {
   streams_ = &streams;
   for (auto& [id, input] : inputs_) input.stream = streams.add(input.info);
-  restart_messages();
+  start_at(begin_);
   return {};
 }
 
-void SessionSource::restart_messages() {
-  mcap::MessageQuery query;
-  query.channels.emplace();
-  for (const auto& [id, input] : inputs_) query.channels->push_back(id);
-  messages_.emplace(reader_->messages(std::move(query)));
-  next_.reset();
+std::vector<StreamInfo> SessionSource::inputs() const {
+  std::vector<StreamInfo> streams;
+  for (const auto& [id, input] : inputs_) streams.push_back(input.info);
+  return streams;
 }
 
-void SessionSource::shift(SampleHeader& header) const {
-  header.arrival_time += loop_shift_;
-  header.sample_time += loop_shift_;
-  if (header.device_time) *header.device_time += loop_shift_;
+std::vector<std::uint16_t> SessionSource::channels_of(const std::function<bool(SampleKind)>& wanted) const {
+  std::vector<std::uint16_t> channels;
+  for (const auto& [id, input] : inputs_) {
+    if (wanted(input.kind)) channels.push_back(id);
+  }
+  return channels;
+}
+
+void SessionSource::add_stretch(const std::vector<std::uint16_t>& channels, HostTime begin, HostTime end) {
+  if (channels.empty() || begin > end) return;
+  mcap::MessageQuery query;
+  query.channels = channels;
+  query.start_time_ns = mcap::log_time_from(begin);
+  query.end_time_ns = mcap::log_time_from(end);
+  stretches_.push_back(std::move(query));
+}
+
+void SessionSource::start_at(HostTime place) {
+  next_.reset();
+  messages_.reset();
+  stretches_.clear();
+  starts_.clear();
+  flushed_ = false;
+  const auto all = channels_of([](SampleKind) { return true; });
+  if (place <= begin_) {
+    add_stretch(all, begin_, HostTime::max());
+    return;
+  }
+  const auto frames = last_frames_until(place);
+  HostTime pictures_begin = place;
+  for (const auto& [id, time] : frames) pictures_begin = std::min(pictures_begin, time);
+  const HostTime others_begin = std::max(begin_, place - kLeadIn);
+  for (const auto& [id, input] : inputs_) {
+    const auto frame = frames.find(id);
+    starts_[id] = frame != frames.end() ? frame->second : input.kind == SampleKind::frame ? place : others_begin;
+    if (input.kind == SampleKind::operator_action) starts_[id] = begin_;
+  }
+  const Duration instant{1};
+  const HostTime first = std::min(others_begin, pictures_begin);
+  add_stretch(channels_of([](SampleKind kind) { return kind == SampleKind::operator_action; }), begin_, first - instant);
+  // Pictures fill nearly all of the file: those before the ones wanted are not even read.
+  add_stretch(channels_of([](SampleKind kind) { return kind != SampleKind::frame; }), first, pictures_begin - instant);
+  add_stretch(all, pictures_begin, HostTime::max());
+}
+
+/// By channel, when the last frame up to `place` was taken; cameras that were silent for long before it are not in the map.
+std::map<std::uint16_t, HostTime> SessionSource::last_frames_until(HostTime place) {
+  std::map<std::uint16_t, HostTime> last;
+  const auto cameras = channels_of([](SampleKind kind) { return kind == SampleKind::frame; });
+  HostTime searched_from = place + Duration{1};
+  for (const Duration reach : kFrameReach) {
+    mcap::MessageQuery query;
+    query.channels.emplace();
+    std::ranges::copy_if(cameras, std::back_inserter(*query.channels), [&last](auto id) { return !last.contains(id); });
+    if (query.channels->empty() || searched_from <= begin_) break;
+    const HostTime from = std::max(begin_, place - reach);
+    query.start_time_ns = mcap::log_time_from(from);
+    query.end_time_ns = mcap::log_time_from(searched_from - Duration{1});
+    auto messages = reader_->messages(std::move(query));
+    while (true) {
+      const auto message = messages.next();
+      if (!message) continue;  // a damaged part: told about when it is played
+      if (!*message) break;
+      last[(*message)->channel->id] = mcap::host_time_from((*message)->message.log_time_ns);
+    }
+    searched_from = from;
+  }
+  return last;
 }
 
 /// Frames wait for a free buffer: replay may always wait. Should the consumers keep more frames than there are buffers (a long
@@ -156,42 +223,66 @@ Result<Sample> SessionSource::parse_waiting(const Input& input, const mcap::Mess
   return schema::parse(input.kind, message.data, known, *streams_, frames_.get());
 }
 
+/// False: the session has no more.
+bool SessionSource::read_next() {
+  while (!next_) {
+    if (!messages_) {
+      if (stretches_.empty()) return false;
+      messages_.emplace(reader_->messages(std::move(stretches_.front())));
+      stretches_.pop_front();
+    }
+    auto message = messages_->next();
+    if (!message) {
+      log("replay")->warn("{}: {}; going on behind it", name_, message.error().message);
+    } else if (!*message) {
+      messages_.reset();
+    } else {
+      const auto start = starts_.find((*message)->channel->id);
+      const bool too_early = start != starts_.end() && mcap::host_time_from((*message)->message.log_time_ns) < start->second;
+      if (!too_early) next_ = *message;
+    }
+  }
+  return true;
+}
+
+Result<ReadStatus> SessionSource::at_end(SampleSink& sink, std::chrono::milliseconds timeout) {
+  const bool playing = pacer_->state().playing;
+  if (options_.loop && playing) {
+    pacer_->restart();
+    start_at(begin_);
+    return ReadStatus::round_ended;
+  }
+  if (playing) pacer_->end();
+  if (playing && !stay_at_end_) return ReadStatus::finished;
+  if (!std::exchange(flushed_, true)) sink.flush();
+  pacer_->wait_for_change(timeout);
+  return ReadStatus::idle;
+}
+
+void SessionSource::hand_over(SampleSink& sink) {
+  const Input& input = inputs_.at(next_->channel->id);
+  auto sample = parse_waiting(input, next_->message);
+  next_.reset();
+  if (sample) {
+    sink.receive(std::move(*sample));
+  } else {
+    log("replay")->warn("{} on {}: {}; left out", name_, input.info.topic, sample.error().message);
+  }
+}
+
 Result<ReadStatus> SessionSource::read(SampleSink& sink, std::chrono::milliseconds timeout) {
   for (int count = 0; count < kMessagesPerRead; ++count) {
-    if (!next_) {
-      auto message = messages_->next();
-      if (!message) {
-        log("replay")->warn("{}: {}; going on behind it", name_, message.error().message);
-        continue;
-      }
-      if (!*message) {
-        if (!options_.loop) {
-          pacer_->end();
-          return ReadStatus::finished;
-        }
-        loop_shift_ += end_ - begin_ + kLoopPause;
-        pacer_->restart();
-        restart_messages();
-        return ReadStatus::more;
-      }
-      next_ = *message;
+    if (const auto place = pacer_->take_seek()) {
+      start_at(*place);
+      return ReadStatus::jumped;
     }
+    if (!read_next()) return at_end(sink, timeout);
     const HostTime due = mcap::host_time_from(next_->message.log_time_ns);
-    if (const Duration wait = pacer_->until_due(due); wait > Duration{0}) {
-      if (count > 0) return ReadStatus::more;
-      std::this_thread::sleep_for(std::min<Duration>(wait, timeout));
-      if (wait > timeout) return ReadStatus::idle;
-    }
+    if (count > 0 && pacer_->until_due(due) > Duration{0}) return ReadStatus::more;
+    if (pacer_->wait_until_due(due, timeout) > Duration{0}) return ReadStatus::idle;
+    if (pacer_->has_seek()) continue;
     pacer_->reached(due);
-    const Input& input = inputs_.at(next_->channel->id);
-    auto sample = parse_waiting(input, next_->message);
-    next_.reset();
-    if (!sample) {
-      log("replay")->warn("{} on {}: {}; left out", name_, input.info.topic, sample.error().message);
-      continue;
-    }
-    shift(sample->header);
-    sink.receive(std::move(*sample));
+    hand_over(sink);
   }
   return ReadStatus::more;
 }

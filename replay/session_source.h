@@ -1,8 +1,15 @@
 // SessionSource: a recorded session as a SampleSource. Gives the inputs (raw streams) in the recorded order, at a speed;
 // recorded results are left aside, because they are made again.
+//
+// A seek starts the inputs anew, by the file's index, so that the place sought can be shown at once: with the last frame of
+// each camera up to it, with the last two seconds of everything smaller, and before these with what the operator did until
+// then (which targets there are). Sought from the begin, everything comes as in a fresh replay.
 #pragma once
 
+#include <atomic>
+#include <deque>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -41,6 +48,11 @@ class SessionSource final : public SampleSource {
 
   /// Play, pause, speed, position. Thread-safe; valid for the source's life.
   PlayerControl& player() { return *pacer_; }
+  /// What Pacer::set_lookahead says. Before open().
+  void set_lookahead(Duration lookahead) { pacer_->set_lookahead(lookahead); }
+  /// Whether the end of the session is the end of the source, or waits for a seek (then everything until there is flushed).
+  /// Thread-safe, at any time.
+  void stay_at_end(bool stay) { stay_at_end_ = stay; }
 
   const std::string& config_text() const { return config_text_; }  // empty: none recorded
   const std::string& site_text() const { return site_text_; }
@@ -48,6 +60,8 @@ class SessionSource final : public SampleSource {
   /// Frames that were skipped when this was recorded: (topic, sequence).
   const std::set<std::pair<std::string, std::uint32_t>>& skips() const { return skips_; }
   Duration duration() const { return end_ - begin_; }
+  /// The streams played.
+  std::vector<StreamInfo> inputs() const;
   /// Camera devices in the session, in order of their topics.
   std::vector<std::string> cameras() const;
   /// What is wrong with the file, in words; empty when it is whole.
@@ -63,9 +77,14 @@ class SessionSource final : public SampleSource {
   Result<void> read_session();
   Result<void> read_texts();
   Result<void> read_skips();
-  void restart_messages();
+  void start_at(HostTime place);
+  void add_stretch(const std::vector<std::uint16_t>& channels, HostTime begin, HostTime end);
+  std::map<std::uint16_t, HostTime> last_frames_until(HostTime place);
+  std::vector<std::uint16_t> channels_of(const std::function<bool(SampleKind)>& wanted) const;
+  bool read_next();
+  Result<ReadStatus> at_end(SampleSink& sink, std::chrono::milliseconds timeout);
+  void hand_over(SampleSink& sink);
   Result<Sample> parse_waiting(const Input& input, const mcap::Message& message);
-  void shift(SampleHeader& header) const;
 
   const std::string name_;
   std::unique_ptr<mcap::IndexedReader> reader_;
@@ -80,10 +99,13 @@ class SessionSource final : public SampleSource {
   HostTime end_;
 
   StreamTable* streams_ = nullptr;
-  std::optional<mcap::MessageCursor> messages_;
-  std::optional<mcap::ReadMessage> next_;  // read, not yet due
+  std::deque<mcap::MessageQuery> stretches_;     // of the file, still to be read
+  std::map<std::uint16_t, HostTime> starts_;     // by channel: earlier messages are left out
+  std::optional<mcap::MessageCursor> messages_;  // of the present stretch
+  std::optional<mcap::ReadMessage> next_;        // read, not yet due
   std::unique_ptr<FramePool> frames_;
-  Duration loop_shift_{0};  // added to every time: what earlier rounds took
+  std::atomic<bool> stay_at_end_{false};
+  bool flushed_ = false;  // at the end, waiting
 };
 
 }  // namespace roseau::replay
