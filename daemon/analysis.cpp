@@ -79,7 +79,7 @@ void Analysis::work(std::size_t index, const std::stop_token& stop) {
     // Only this worker writes derived[index], and the slot is not reused before pending is 0: no lock while tracking.
     lock.unlock();
     Collector collector(mine.derived[index]);
-    worker.tracker.stage->process(mine.sample, collector);
+    if (!abandoned_) worker.tracker.stage->process(mine.sample, collector);
     const double cpu_s = thread_cpu_seconds();
     lock.lock();
     worker.cpu_s = cpu_s;
@@ -93,7 +93,7 @@ void Analysis::join(const std::stop_token& stop) {
   while (slot_done_.wait(lock, stop, [this] { return joined_ < submitted_ && slot(joined_).pending == 0; })) {
     Slot& done = slot(joined_);
     lock.unlock();
-    emit(done);
+    if (!abandoned_) emit(done);
     done.sample = Sample{};  // lets go of the frame
     for (auto& derived : done.derived) derived.clear();
     lock.lock();
@@ -135,6 +135,11 @@ void Analysis::finish() {
   }
   join_thread_.request_stop();
   if (join_thread_.joinable()) join_thread_.join();
+}
+
+void Analysis::abandon() {
+  abandoned_ = true;
+  finish();
 }
 
 std::vector<std::pair<std::string, double>> Analysis::cpu_seconds() const {

@@ -3,6 +3,7 @@
 // whatever the threads did.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstddef>
 #include <deque>
@@ -42,6 +43,9 @@ class Analysis {
   /// Waits until everything submitted has come out, then ends the threads. Idempotent.
   void finish();
 
+  /// Ends as soon as every thread has done what it has in hand: what else is under way does not come out.
+  void abandon();
+
   /// CPU seconds used so far: tracking of each device ("tracking/camera0"), "estimation", "output". Thread-safe.
   std::vector<std::pair<std::string, double>> cpu_seconds() const;
 
@@ -80,6 +84,7 @@ class Analysis {
   std::size_t joined_ = 0;
   double estimation_cpu_s_ = 0;
   double output_cpu_s_ = 0;
+  std::atomic<bool> abandoned_{false};
   std::vector<std::unique_ptr<Worker>> workers_;
   std::jthread join_thread_;
 };

@@ -1,5 +1,8 @@
 // Pipeline: sources -> intake -> sequencer -> analysis, with hooks where the recorder, the display, the digest and the
 // summary listen. Owns the threads; knows nothing of files, sockets or configuration.
+//
+// Time never goes back in a sequencer or a stage. Where a recording jumps or starts over, both are made anew, as at the start
+// of a run, while sources, counters and whoever listens live on: the same place gives the same results each time.
 #pragma once
 
 #include <atomic>
@@ -27,6 +30,13 @@ namespace roseau::daemon {
 
 class Pipeline {
  public:
+  /// What analyses; made at the start and again after every jump of a recording, in the sequencer's thread.
+  struct Stages {
+    std::vector<Analysis::Tracker> trackers;
+    std::unique_ptr<Stage> estimation;
+  };
+  using StageFactory = std::function<Stages()>;
+
   struct Options {
     sync::Sequencer::Options sequencer;
     Supervisor::Options supervisor;
@@ -46,10 +56,13 @@ class Pipeline {
     std::function<void(const Sample& sample, HostTime log_time)> frame;
     /// Analysis' thread: every sample but frames and raw bytes, in the one order that is the same in every replay.
     std::function<void(const Sample& sample, HostTime log_time)> analysed;
+    /// Sequencer's thread, while no other hook runs: what comes next is a fresh start. `whole`: everything up to here has
+    /// come out; otherwise the rest was thrown away.
+    std::function<void(bool whole)> restarted;
   };
 
-  Pipeline(Options options, StreamTable& streams, sync::Sequencer::DecoderFactory make_decoder,
-           std::vector<Analysis::Tracker> trackers, std::unique_ptr<Stage> estimation, Hooks hooks);
+  Pipeline(Options options, StreamTable& streams, sync::Sequencer::DecoderFactory make_decoder, StageFactory make_stages,
+           Hooks hooks);
   ~Pipeline();
 
   /// Before run().
@@ -64,7 +77,7 @@ class Pipeline {
   sync::CounterTable& counters() { return counters_; }
   const Supervisor& supervisor() const { return supervisor_; }
   /// As of the end of run(), or from a hook in the sequencer's thread.
-  std::vector<ClockState> clocks() const { return sequencer_.clocks(); }
+  std::vector<ClockState> clocks() const { return sequencer_->clocks(); }
   /// The log time of the input taken last. Thread-safe.
   HostTime position() const { return host_time_from_ns(position_ns_.load(std::memory_order_relaxed)); }
   /// CPU seconds so far by part: "sequencer" (once run() has ended), the analysis' parts, "process" (everything, the
@@ -72,7 +85,12 @@ class Pipeline {
   std::vector<std::pair<std::string, double>> cpu_seconds() const;
 
  private:
+  std::unique_ptr<Analysis> make_analysis();
+  std::unique_ptr<sync::Sequencer> make_sequencer();
   void take(Sample sample);
+  void take_new_skips();
+  void flush();
+  void restart(bool discard);
   void on_ordered(Sample&& sample, HostTime log_time);
   bool is_skipped(const Sample& frame);
 
@@ -82,8 +100,12 @@ class Pipeline {
   sync::CounterTable counters_;
   sync::Intake intake_;
   Supervisor supervisor_;
-  Analysis analysis_;
-  sync::Sequencer sequencer_;
+  const sync::Sequencer::DecoderFactory make_decoder_;
+  const StageFactory make_stages_;
+  mutable std::mutex analysis_mutex_;  // of the pointer, which the sequencer's thread changes, and of what follows
+  std::vector<std::pair<std::string, double>> earlier_cpu_s_;  // of analyses that have ended
+  std::unique_ptr<Analysis> analysis_;
+  std::unique_ptr<sync::Sequencer> sequencer_;
 
   std::mutex operator_mutex_;
   sync::Inlet* operator_inlet_ = nullptr;

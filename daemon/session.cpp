@@ -30,6 +30,8 @@ namespace {
 
 constexpr std::chrono::milliseconds kControlInterval{100};
 constexpr Duration kHealthInterval = std::chrono::seconds(1);
+// A page that is loaded again is gone for a moment: a replay at its end waits so long for somebody who watches.
+constexpr Duration kViewerGrace = std::chrono::seconds(10);
 
 std::vector<Analysis::Tracker> make_trackers(const SessionPlan& plan, StreamTable& streams) {
   std::vector<Analysis::Tracker> trackers;
@@ -49,10 +51,11 @@ class Session {
       : plan_(std::move(plan)),
         is_replay_(plan_.player != nullptr),
         utc_minus_host_time_(plan_.utc_minus_host_time.value_or(recorder::current_utc_minus_host_time())),
-        results_(streams_),
+        results_(std::make_unique<ResultCollector>(streams_)),
+        digest_(std::make_unique<Digest>()),
         recorder_(streams_, recorder_options()),
-        pipeline_(pipeline_options(), streams_, wire::make_decoder, make_trackers(plan_, streams_),
-                  std::make_unique<estimation::EstimationStage>(streams_, plan_.config.estimation), hooks()),
+        pipeline_(
+            pipeline_options(), streams_, wire::make_decoder, [this] { return make_stages(); }, hooks()),
         health_(streams_, pipeline_.counters(), pipeline_.supervisor(), recorder_) {}
 
   int run() {
@@ -99,6 +102,11 @@ class Session {
     return options;
   }
 
+  Pipeline::Stages make_stages() {
+    return {.trackers = make_trackers(plan_, streams_),
+            .estimation = std::make_unique<estimation::EstimationStage>(streams_, plan_.config.estimation)};
+  }
+
   Pipeline::Hooks hooks() {
     Pipeline::Hooks hooks;
     hooks.input = [this](const Sample& sample, HostTime log_time) {
@@ -109,19 +117,38 @@ class Session {
       if (display_ && sample.kind() == SampleKind::raw_bytes) display_->publish(sample, log_time);
     };
     hooks.frame = [this](const Sample& sample, HostTime log_time) {
-      if (display_) display_->publish(sample, log_time);
+      if (display_ && is_shown(sample)) display_->publish(sample, log_time);
     };
     hooks.analysed = [this](const Sample& sample, HostTime log_time) {
       const bool is_derived = streams_.info(sample.header.stream).role == StreamRole::derived;
       if (is_derived) {
         pipeline_.counters().of(sample.header.stream).received.fetch_add(1, std::memory_order_relaxed);
-        digest_.add(sample, streams_);
+        digest_->add(sample, streams_);
         recorder_.record(sample, log_time);
       }
-      results_.see(sample);
+      results_->see(sample);
       if (display_) display_->publish(sample, log_time);
     };
+    hooks.restarted = [this](bool /*whole*/) { start_over(); };
     return hooks;
+  }
+
+  /// The replay has jumped: what comes next is analysed, digested and judged as if it were all.
+  void start_over() {
+    played_before_s_ = session_seconds();
+    // What leads up to the place does not count as played.
+    const PlayerState player = plan_.player->state();
+    first_input_ = player.position > player.begin ? to_ns(player.position) : kNoInput;
+    digest_ = std::make_unique<Digest>();
+    results_ = std::make_unique<ResultCollector>(streams_);
+    if (display_) display_->restart();
+  }
+
+  /// A paused replay shows its position: the analysis has to see a little more than that.
+  bool is_shown(const Sample& frame) const {
+    if (!is_replay_) return true;
+    const PlayerState player = plan_.player->state();
+    return player.playing || frame.header.sample_time <= player.position;
   }
 
   /// Actions that concern the recording. In a replay they are history.
@@ -208,6 +235,7 @@ class Session {
       const HostTime now = host_now();
       const bool time_is_up = plan_.arguments.seconds && to_seconds(now - begin) >= *plan_.arguments.seconds;
       if (is_asked_to_stop || time_is_up) sequencer.request_stop();
+      if (plan_.stay_at_end) plan_.stay_at_end(is_watched(now));
       if (stop_recording_wanted_.exchange(false)) close_recording();
       if (now >= next_health) {
         next_health = now + kHealthInterval;
@@ -215,6 +243,11 @@ class Session {
       }
       if (plan_.expected_duration_s > 0) progress.update(session_seconds() / plan_.expected_duration_s);
     }
+  }
+
+  bool is_watched(HostTime now) {
+    if (display_ && display_->viewers() > 0) last_watched_ = now;
+    return last_watched_ && now - *last_watched_ < kViewerGrace;
   }
 
   void close_recording() {
@@ -237,7 +270,8 @@ class Session {
 
   double session_seconds() const {
     const std::int64_t first_ns = first_input_.load();
-    return first_ns == kNoInput ? 0 : to_seconds(pipeline_.position() - host_time_from_ns(first_ns));
+    const double since_s = first_ns == kNoInput ? 0 : to_seconds(pipeline_.position() - host_time_from_ns(first_ns));
+    return played_before_s_ + std::max(since_s, 0.0);
   }
 
   void report(double wall_s) {
@@ -245,12 +279,12 @@ class Session {
     facts.duration_s = session_seconds();
     facts.wall_s = wall_s;
     facts.recording = recorder_.state().path;
-    facts.digest = digest_.hex();
+    facts.digest = digest_->hex();
     facts.streams = health_.counters();
     facts.clocks = pipeline_.clocks();
     facts.cpu_s = pipeline_.cpu_seconds();
     if (display_) facts.display_dropped = display_->dropped();
-    const std::string text = plan_.arguments.json ? summary_json(facts, results_) + "\n" : summary_text(facts, results_);
+    const std::string text = plan_.arguments.json ? summary_json(facts, *results_) + "\n" : summary_text(facts, *results_);
     std::fputs(text.c_str(), stdout);
     std::fflush(stdout);
   }
@@ -261,14 +295,16 @@ class Session {
   const bool is_replay_;
   const Duration utc_minus_host_time_;
   StreamTable streams_;
-  ResultCollector results_;
-  Digest digest_;
+  std::unique_ptr<ResultCollector> results_;  // of what came since the replay's last jump
+  std::unique_ptr<Digest> digest_;            // likewise
   std::unique_ptr<display::DisplayServer> display_;
   recorder::Recorder recorder_;
   Pipeline pipeline_;
   HealthReporter health_;
   std::atomic<bool> stop_recording_wanted_{false};
   std::atomic<std::int64_t> first_input_{kNoInput};
+  std::atomic<double> played_before_s_{0};  // before the replay's last jump
+  std::optional<HostTime> last_watched_;
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <set>
@@ -26,6 +27,7 @@ struct SessionPlan {
   std::vector<OperatorAction> first_actions;  // taken as inputs before anything else: targets a scene knows of
   std::set<std::pair<std::string, std::uint32_t>> recorded_skips;
   PlayerControl* player = nullptr;                   // replay only; outlives the session
+  std::function<void(bool stay)> stay_at_end;        // replay only: whether its end is waited at, because somebody watches
   std::optional<Duration> utc_minus_host_time;       // known from a recording; else taken from the system's clock
   double expected_duration_s = 0;                    // for the progress bar; 0: unknown
   std::optional<std::filesystem::path> record_file;  // record into exactly this file

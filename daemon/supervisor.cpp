@@ -90,6 +90,8 @@ class Supervisor::Runner {
       const auto status = source_->read(inlet_, kReadTimeout);
       if (!status) return status.error();
       if (*status == ReadStatus::finished) return true;
+      if (*status == ReadStatus::jumped) inlet_.restart(/*discard=*/true);
+      if (*status == ReadStatus::round_ended) inlet_.restart(/*discard=*/false);
       const auto now = std::chrono::steady_clock::now();
       if (*status == ReadStatus::more) {
         last_data = now;

@@ -34,6 +34,17 @@ bool Inlet::wait_for_space() {
   return !intake_.closed_.load();
 }
 
+void Inlet::request(Request request) {
+  request_.store(request);
+  std::unique_lock lock(intake_.mutex_);
+  intake_.samples_ready_.notify_one();
+  while (request_.load() != Request::none && !intake_.closed_.load()) intake_.space_ready_.wait_for(lock, kProducerWait);
+}
+
+void Inlet::flush() { request(Request::flush); }
+
+void Inlet::restart(bool discard) { request(discard ? Request::discard_and_restart : Request::restart); }
+
 void Inlet::finish() {
   finished_.store(true);
   intake_.wake_consumer();
@@ -50,10 +61,13 @@ void Intake::wake_consumer() {
 Intake::Merge Intake::look() {
   Merge merge;
   for (auto& inlet : inlets_) {
-    // The order of these two reads matters: a source pushes before it finishes, so finished and then empty is final.
+    // The order of these reads matters: a source pushes before it finishes or asks, so finished and then empty is final.
     const bool finished = inlet.finished_.load();
+    const Inlet::Request request = inlet.request_.load();
+    if (request == Inlet::Request::discard_and_restart) discard(inlet);
     if (!inlet.head_) inlet.head_ = inlet.ring_.try_pop();
     if (!inlet.head_) {
+      if (request != Inlet::Request::none) merge.asking = &inlet;
       merge.all_done = merge.all_done && finished;
       merge.must_wait = merge.must_wait || (!inlet.live_ && !finished);
       continue;
@@ -66,6 +80,24 @@ Intake::Merge Intake::look() {
   return merge;
 }
 
+void Intake::discard(Inlet& inlet) {
+  inlet.head_.reset();
+  while (inlet.ring_.try_pop()) {
+  }
+}
+
+void Intake::carry_out(Inlet& inlet, const Callbacks& callbacks) {
+  const Inlet::Request request = inlet.request_.load();
+  if (request == Inlet::Request::flush) {
+    callbacks.flush();
+  } else {
+    callbacks.restart(request == Inlet::Request::discard_and_restart);
+  }
+  inlet.request_.store(Inlet::Request::none);
+  const std::scoped_lock lock(mutex_);
+  space_ready_.notify_all();
+}
+
 void Intake::wait_for_samples() {
   std::unique_lock lock(mutex_);
   consumer_waits_.store(true);
@@ -73,16 +105,20 @@ void Intake::wait_for_samples() {
   consumer_waits_.store(false);
 }
 
-void Intake::run(const std::stop_token& stop, const std::function<void(Sample)>& take, const std::function<void()>& idle) {
+void Intake::run(const std::stop_token& stop, const Callbacks& callbacks) {
   while (!stop.stop_requested()) {
     const Merge merge = look();
+    if (merge.asking != nullptr) {
+      carry_out(*merge.asking, callbacks);
+      continue;
+    }
     if (merge.all_done) return;
     if (merge.earliest == nullptr || merge.must_wait) {
-      idle();
+      callbacks.idle();
       wait_for_samples();
       continue;
     }
-    take(std::move(*merge.earliest->head_));
+    callbacks.take(std::move(*merge.earliest->head_));
     merge.earliest->head_.reset();
     if (producers_wait_.load() > 0) {
       const std::scoped_lock lock(mutex_);

@@ -83,6 +83,11 @@ Sequencer::Sequencer(Options options, StreamTable& streams, CounterTable& counte
 
 Sequencer::~Sequencer() = default;
 
+Duration Sequencer::window_for(const StreamInfo& stream, Duration window) {
+  const Duration delay = stated_delay(stream);
+  return delay > Duration{} ? std::max(window, delay + kDelayMargin) : window;
+}
+
 Sequencer::StreamState& Sequencer::state_of(StreamId stream) {
   if (stream_states_.size() <= stream) stream_states_.resize(std::size_t{stream} + 1);
   auto& state = stream_states_[stream];
@@ -90,8 +95,7 @@ Sequencer::StreamState& Sequencer::state_of(StreamId stream) {
     state = std::make_unique<StreamState>();
     state->info = &streams_.info(stream);
     state->counts = &counters_.of(stream);
-    const Duration delay = stated_delay(*state->info);
-    if (delay > Duration{}) window_ = std::max(window_, delay + kDelayMargin);
+    window_ = window_for(*state->info, window_);
   }
   return *state;
 }

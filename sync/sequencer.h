@@ -36,6 +36,9 @@ class Sequencer {
   /// A decoder for a stream of raw bytes, made at its first sample; none when nobody can decode it.
   using DecoderFactory = std::function<std::unique_ptr<Decoder>(const StreamInfo& raw_stream, StreamTable& streams)>;
 
+  /// How long samples are held back when this stream is among the inputs: `window`, or more where the stream states a delay.
+  static Duration window_for(const StreamInfo& stream, Duration window);
+
   Sequencer(Options options, StreamTable& streams, CounterTable& counters, DecoderFactory make_decoder, InputTap on_input,
             OrderedOutput on_ordered);
   ~Sequencer();

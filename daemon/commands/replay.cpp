@@ -8,6 +8,7 @@
 #include "daemon/host_clock.h"
 #include "daemon/session.h"
 #include "replay/session_source.h"
+#include "sync/sequencer.h"
 
 namespace roseau::daemon {
 
@@ -39,9 +40,13 @@ Result<SessionPlan> make_replay_plan(const ReplayArguments& arguments) {
   plan.config = std::move(*config);
   plan.config.recording.at_start = false;  // only --record records a replay
   plan.mode = "replay";
+  Duration lookahead = plan.config.window;
+  for (const auto& stream : (*source)->inputs()) lookahead = sync::Sequencer::window_for(stream, lookahead);
+  (*source)->set_lookahead(lookahead);
   plan.cameras = (*source)->cameras();
   plan.recorded_skips = (*source)->skips();
   plan.player = &(*source)->player();
+  plan.stay_at_end = [replayed = source->get()](bool stay) { replayed->stay_at_end(stay); };
   plan.utc_minus_host_time = (*source)->info().utc_minus_host_time;
   plan.expected_duration_s = arguments.loop ? 0 : to_seconds((*source)->duration());
   plan.arguments = arguments.session;

@@ -87,10 +87,13 @@ struct Outcome {
 Outcome run(Pipeline::Options options, int frames, bool live, milliseconds pause) {
   StreamTable streams;
   Outcome outcome;
-  std::vector<Analysis::Tracker> trackers;
-  for (const std::string device : {"camera0", "camera1"}) {
-    trackers.push_back({device, std::make_unique<FrameEcho>(streams, device, pause)});
-  }
+  const auto make_stages = [&] {
+    Pipeline::Stages stages{.trackers = {}, .estimation = std::make_unique<Silent>()};
+    for (const std::string device : {"camera0", "camera1"}) {
+      stages.trackers.push_back({device, std::make_unique<FrameEcho>(streams, device, pause)});
+    }
+    return stages;
+  };
   Pipeline::Hooks hooks;
   hooks.input = [&](const Sample& sample, HostTime) {
     ++outcome.inputs;
@@ -105,8 +108,7 @@ Outcome run(Pipeline::Options options, int frames, bool live, milliseconds pause
     }
   };
   Pipeline pipeline(
-      std::move(options), streams, [](const StreamInfo&, StreamTable&) { return nullptr; }, std::move(trackers),
-      std::make_unique<Silent>(), std::move(hooks));
+      std::move(options), streams, [](const StreamInfo&, StreamTable&) { return nullptr; }, make_stages, std::move(hooks));
   pipeline.add_source(std::make_unique<TwoCameras>(frames, live));
   pipeline.run({});
   return outcome;
@@ -155,7 +157,8 @@ TEST(Pipeline, OperatorActionsAreInputs) {
     if (const auto* action = std::get_if<OperatorAction>(&sample.payload)) marks.push_back(action->text);
   };
   Pipeline pipeline(
-      {}, streams, [](const StreamInfo&, StreamTable&) { return nullptr; }, {}, std::make_unique<Silent>(), std::move(hooks));
+      {}, streams, [](const StreamInfo&, StreamTable&) { return nullptr; },
+      [] { return Pipeline::Stages{.trackers = {}, .estimation = std::make_unique<Silent>()}; }, std::move(hooks));
   pipeline.act({.kind = OperatorAction::Kind::mark, .text = "gust"}, HostTime{});
   pipeline.add_source(std::make_unique<TwoCameras>(1, false));
   pipeline.run({});

@@ -64,8 +64,7 @@ Outcome supervise(ScriptedSource::Script script) {
   supervisor.add(std::make_unique<ScriptedSource>(script), 64);
   supervisor.start();
   Outcome outcome;
-  intake.run(
-      {}, [&outcome](const Sample&) { ++outcome.samples; }, [] {});
+  intake.run({}, {.take = [&outcome](const Sample&) { ++outcome.samples; }, .idle = [] {}});
   supervisor.stop();
   outcome.device = supervisor.devices().front();
   return outcome;
