@@ -57,7 +57,8 @@ constexpr std::string_view kStateSchema = R"({
     "player": {"type": ["object", "null"], "properties": {
       "playing": {"type": "boolean"}, "ended": {"type": "boolean"},
       "speed": {"type": ["number", "null"], "description": "null: as fast as possible"},
-      "position_ns": {"type": "string"}, "begin_ns": {"type": "string"}, "end_ns": {"type": "string"}}}
+      "position_ns": {"type": "string"}, "begin_ns": {"type": "string"}, "end_ns": {"type": "string"},
+      "jumps": {"type": "integer", "description": "rises when what was shown before belongs to another place"}}}
   }
 })";
 
@@ -83,7 +84,7 @@ ChannelSetup preview_channel(StreamId id, const StreamInfo& info) {
                       .topic = info.topic + "/preview",
                       .schema_name = std::string(schema.name),
                       .schema = base64(schema.descriptor_set)},
-          .retention = {},
+          .retention = {.on_subscribe = 1},  // of a paused replay it is the only one
           .conflated = true};
 }
 

@@ -7,7 +7,8 @@
 
 namespace roseau::display {
 
-ClientSession::ClientSession(Hub& hub) : hub_(hub), outbox_(hub.client_budget_bytes_) {}
+ClientSession::ClientSession(Hub& hub, bool is_told_of_playback)
+    : hub_(hub), is_told_of_playback_(is_told_of_playback), outbox_(hub.client_budget_bytes_) {}
 
 ClientSession::~ClientSession() {
   for (const auto& [subscription, channel] : subscriptions_) hub_.count_subscriber(channel, -1);
@@ -20,6 +21,7 @@ void ClientSession::on_open(WebSocketLink& link) {
   hub_.clients_.insert(this);
   send_text(server_info_message(hub_.server_info_()));
   send_text(advertise_message(hub_.advertised()));
+  if (hub_.playback_.state) send_playback_state(hub_.playback_.state());
 }
 
 void ClientSession::on_text(std::string_view text) {
@@ -32,7 +34,22 @@ void ClientSession::on_text(std::string_view text) {
 }
 
 void ClientSession::on_binary(std::string_view bytes) {
-  send_text(status_message(StatusLevel::warning, refuse_client_binary(bytes)));
+  const auto control = parse_client_binary(bytes);
+  if (!control) {
+    const bool is_wrong = control.error().code == ErrorCode::invalid_argument;
+    send_text(status_message(is_wrong ? StatusLevel::error : StatusLevel::warning, control.error().message));
+    return;
+  }
+  if (!hub_.playback_.control) {
+    send_text(status_message(StatusLevel::warning, "nothing is being replayed: this is live"));
+    return;
+  }
+  is_told_of_playback_ = true;
+  hub_.send_playback_state(hub_.playback_.control(*control), this, control->request_id);
+}
+
+void ClientSession::send_playback_state(const PlaybackState& state) {
+  if (is_told_of_playback_) send_binary(playback_state_message(state));
 }
 
 void ClientSession::handle(const Subscribe& message) {

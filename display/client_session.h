@@ -13,7 +13,8 @@ namespace roseau::display {
 /// Not thread-safe: lives on the server's thread.
 class ClientSession final : public WebSocketClient {
  public:
-  explicit ClientSession(Hub& hub);
+  /// `is_told_of_playback`: without having asked, that is, its version of the protocol knows these messages.
+  ClientSession(Hub& hub, bool is_told_of_playback);
   ~ClientSession() override;
   ClientSession(const ClientSession&) = delete;
   ClientSession& operator=(const ClientSession&) = delete;
@@ -26,6 +27,9 @@ class ClientSession final : public WebSocketClient {
   void send_text(std::string text);
   void send_binary(std::string bytes);
   void deliver(ChannelId channel, bool conflated, HostTime log_time, const SharedBytes& payload);
+  void send_playback_state(const PlaybackState& state);
+  /// What waits to be sent tells of another time.
+  void forget() { outbox_.remove_payloads(); }
   std::uint64_t dropped_images() const { return outbox_.dropped_images(); }
 
  private:
@@ -37,6 +41,7 @@ class ClientSession final : public WebSocketClient {
   void push(OutMessage message);
 
   Hub& hub_;
+  bool is_told_of_playback_;
   WebSocketLink* link_ = nullptr;
   Outbox outbox_;
   bool too_slow_ = false;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -11,9 +13,11 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array<std::string_view, 2> kSubprotocols = {"foxglove.sdk.v1", "foxglove.websocket.v1"};
+constexpr std::array<std::string_view, 2> kSubprotocols = {kSdkSubprotocol, kWebSocketSubprotocol};
 constexpr char kMessageDataOpcode = 0x01;
 constexpr char kTimeOpcode = 0x02;
+constexpr char kPlaybackStateOpcode = 0x05;
+constexpr int kPlaybackControlOpcode = 0x03;  // client to server
 
 /// Text that may hold anything a client sent: what is no UTF-8 is replaced, never thrown over.
 std::string dump(const json& object) { return object.dump(-1, ' ', false, json::error_handler_t::replace); }
@@ -21,6 +25,17 @@ std::string dump(const json& object) { return object.dump(-1, ' ', false, json::
 template <class Unsigned>
 void append_little_endian(std::string& out, Unsigned value) {
   for (std::size_t byte = 0; byte < sizeof(Unsigned); ++byte) out.push_back(static_cast<char>((value >> (8 * byte)) & 0xff));
+}
+
+/// Takes a number off the front; there must be enough bytes.
+template <class Unsigned>
+Unsigned take_little_endian(std::string_view& bytes) {
+  std::uint64_t value = 0;
+  for (std::size_t byte = 0; byte < sizeof(Unsigned); ++byte) {
+    value |= std::uint64_t{static_cast<unsigned char>(bytes[byte])} << (8 * byte);
+  }
+  bytes.remove_prefix(sizeof(Unsigned));
+  return static_cast<Unsigned>(value);
 }
 
 json time_object(HostTime time) {
@@ -85,6 +100,31 @@ Result<ClientMessage> parse_get_parameters(const json& object) {
   return ClientMessage(std::move(message));
 }
 
+/// command u8, speed f32, had seek u8, seek time u64, length of the id u32, id.
+Result<PlaybackControl> parse_playback_control(std::string_view payload) {
+  constexpr std::size_t kFixedBytes = 1 + 4 + 1 + 8 + 4;
+  if (payload.size() < kFixedBytes) {
+    return malformed("playback control: " + std::to_string(payload.size()) + " bytes behind the opcode, at least " +
+                     std::to_string(kFixedBytes) + " are needed");
+  }
+  PlaybackControl control;
+  const auto command = take_little_endian<std::uint8_t>(payload);
+  if (command > 1) return malformed("playback control: command " + std::to_string(command) + " is neither 0 play nor 1 pause");
+  control.play = command == 0;
+  control.speed = std::bit_cast<float>(take_little_endian<std::uint32_t>(payload));
+  if (!(control.speed > 0) || !std::isfinite(control.speed)) return malformed("playback control: the speed is not above 0");
+  const bool had_seek = take_little_endian<std::uint8_t>(payload) != 0;
+  const auto seek_ns = take_little_endian<std::uint64_t>(payload);
+  // The far future is the end of the session like any time behind it.
+  constexpr std::uint64_t kMost_ns = std::numeric_limits<std::int64_t>::max();
+  if (had_seek) control.seek = host_time_from_ns(static_cast<std::int64_t>(std::min(seek_ns, kMost_ns)));
+  const auto id_bytes = take_little_endian<std::uint32_t>(payload);
+  if (id_bytes > payload.size()) return malformed("playback control: the request's id is cut off");
+  if (id_bytes > kMostRequestIdBytes) return malformed("playback control: the request's id is longer than 1024 bytes");
+  control.request_id = payload.substr(0, id_bytes);
+  return control;
+}
+
 }  // namespace
 
 std::optional<std::string> choose_subprotocol(std::string_view offered) {
@@ -101,7 +141,10 @@ std::optional<std::string> choose_subprotocol(std::string_view offered) {
 
 std::string server_info_message(const ServerInfo& info) {
   json capabilities = json::array({"parameters"});
-  if (info.sends_time) capabilities.push_back("time");
+  if (info.data_range) {
+    capabilities.push_back("time");
+    capabilities.push_back("playbackControl");
+  }
   json metadata = json::object();
   for (const auto& [key, value] : info.metadata) metadata[key] = value;
   json message = {{"op", "serverInfo"},           {"name", info.name},
@@ -152,6 +195,16 @@ std::string time_message(HostTime time) {
   return message;
 }
 
+std::string playback_state_message(const PlaybackState& state) {
+  std::string message(1, kPlaybackStateOpcode);
+  message.push_back(static_cast<char>(state.status));
+  append_little_endian(message, static_cast<std::uint64_t>(to_ns(state.time)));
+  append_little_endian(message, std::bit_cast<std::uint32_t>(state.speed));
+  message.push_back(state.did_seek ? 1 : 0);
+  append_little_endian(message, static_cast<std::uint32_t>(state.request_id.size()));
+  return message + state.request_id;
+}
+
 std::string base64(std::string_view bytes) {
   static constexpr std::string_view kAlphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   const auto byte_at = [&](std::size_t index) {
@@ -191,18 +244,18 @@ Result<ClientMessage> parse_client_text(std::string_view text) {
   return malformed("unknown op \"" + op->substr(0, kShown) + "\"; see the Foxglove WebSocket protocol");
 }
 
-std::string refuse_client_binary(std::string_view bytes) {
-  if (bytes.empty()) return "an empty binary message means nothing";
+Result<PlaybackControl> parse_client_binary(std::string_view bytes) {
+  if (bytes.empty()) return malformed("an empty binary message means nothing");
   const int opcode = static_cast<unsigned char>(bytes.front());
   switch (opcode) {
     case 0x01:
-      return "publishing from clients is not offered by this server";
+      return Error{ErrorCode::unsupported, "publishing from clients is not offered by this server"};
     case 0x02:
-      return "services are not offered by this server; actions are POST /api/action";
-    case 0x03:
-      return "playback control is not offered in this protocol; use POST /api/player";
+      return Error{ErrorCode::unsupported, "services are not offered by this server; actions are POST /api/action"};
+    case kPlaybackControlOpcode:
+      return parse_playback_control(bytes.substr(1));
     default:
-      return "unknown binary opcode " + std::to_string(opcode);
+      return malformed("unknown binary opcode " + std::to_string(opcode));
   }
 }
 

@@ -21,6 +21,9 @@ namespace roseau::display {
 using ChannelId = std::uint32_t;
 using SubscriptionId = std::uint32_t;  // chosen by the client
 
+inline constexpr std::string_view kSdkSubprotocol = "foxglove.sdk.v1";
+inline constexpr std::string_view kWebSocketSubprotocol = "foxglove.websocket.v1";
+
 /// The first of the names in a Sec-WebSocket-Protocol header (a comma-separated list) that we speak.
 std::optional<std::string> choose_subprotocol(std::string_view offered);
 
@@ -31,7 +34,7 @@ struct ServerInfo {
   std::string name;
   std::string session_id;  // a client that reconnects and finds another one forgets what it knew
   std::vector<std::pair<std::string, std::string>> metadata;
-  bool sends_time = false;  // in replay: the time is the recording's
+  /// In replay: begin and end of the recording. The time is the recording's then, and clients may drive it.
   std::optional<std::pair<HostTime, HostTime>> data_range;
 };
 std::string server_info_message(const ServerInfo& info);
@@ -57,6 +60,16 @@ std::string parameter_values_message(const Parameters& parameters, const std::op
 std::string message_data_header(SubscriptionId subscription, HostTime log_time);
 std::string time_message(HostTime time);
 
+enum class PlaybackStatus : std::uint8_t { playing = 0, paused = 1, buffering = 2, ended = 3 };
+struct PlaybackState {
+  PlaybackStatus status = PlaybackStatus::playing;
+  HostTime time;
+  float speed = 1;         // times real time
+  bool did_seek = false;   // what was shown before belongs to another place: clients clear their panels
+  std::string request_id;  // of the request that this answers; empty: nobody asked
+};
+std::string playback_state_message(const PlaybackState& state);
+
 std::string base64(std::string_view bytes);
 
 // ---------------------------------------------------------------------------------------------------------------------
@@ -81,7 +94,17 @@ using ClientMessage = std::variant<Subscribe, Unsubscribe, GetParameters, NotOff
 /// An Error (words for the client) when the text is no JSON object, has no known op, or a field is missing or of the wrong
 /// type.
 Result<ClientMessage> parse_client_text(std::string_view text);
-/// Binary requests publish data or call services: neither is offered, so the answer is always words.
-std::string refuse_client_binary(std::string_view bytes);
+struct PlaybackControl {
+  bool play = true;  // false: pause
+  float speed = 1;   // above 0, finite
+  std::optional<HostTime> seek;
+  std::string request_id;  // at most kMostRequestIdBytes
+};
+inline constexpr std::size_t kMostRequestIdBytes = 1024;
+
+/// The one binary request that is offered, in replay. An Error (words for the client) when the bytes are too few, a field has
+/// no meaning (`invalid_argument`), or they ask for something else of the protocol (`unsupported`). Bytes behind the request
+/// are ignored: newer clients may say more.
+Result<PlaybackControl> parse_client_binary(std::string_view bytes);
 
 }  // namespace roseau::display

@@ -17,7 +17,6 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kLongestText_bytes = 500;
-constexpr double kFastestSpeed = 1000;
 
 constexpr std::array<std::pair<std::string_view, OperatorAction::Kind>, 7> kActions = {{
     {"mark", OperatorAction::Kind::mark},
@@ -75,12 +74,21 @@ json player_json(const PlayerState& state) {
           {"speed", std::isfinite(state.speed) ? json(state.speed) : json(nullptr)},
           {"position_ns", std::to_string(to_ns(state.position))},
           {"begin_ns", std::to_string(to_ns(state.begin))},
-          {"end_ns", std::to_string(to_ns(state.end))}};
+          {"end_ns", std::to_string(to_ns(state.end))},
+          {"jumps", state.jumps}};
 }
 
 std::string_view to_string(StreamRole role) {
   static constexpr std::array<std::string_view, 3> kNames = {"raw", "derived", "health"};
   return kNames.at(static_cast<std::size_t>(role));
+}
+
+Result<PlayerCommand> parse_seek(const json& object) {
+  const auto time = object.find("time_s");
+  if (time == object.end() || !time->is_number() || !std::isfinite(time->get<double>())) {
+    return wrong("\"time_s\" is missing or not a number: seconds since the begin of the session");
+  }
+  return PlayerCommand{.kind = PlayerCommand::Kind::seek, .time_s = time->get<double>()};
 }
 
 }  // namespace
@@ -117,7 +125,8 @@ Result<PlayerCommand> parse_player_command(std::string_view body) {
   if (!command) return command.error();
   if (*command == "play") return PlayerCommand{PlayerCommand::Kind::play};
   if (*command == "pause") return PlayerCommand{PlayerCommand::Kind::pause};
-  if (*command != "speed") return wrong("\"command\" is one of play, pause, speed");
+  if (*command == "seek") return parse_seek(object);
+  if (*command != "speed") return wrong("\"command\" is one of play, pause, speed, seek");
   const auto speed = object.find("speed");
   if (speed == object.end()) return wrong("\"speed\" is missing: times real time, or null for as fast as possible");
   if (speed->is_null()) return PlayerCommand{PlayerCommand::Kind::speed, std::numeric_limits<double>::infinity()};
@@ -138,6 +147,13 @@ void apply(const PlayerCommand& command, PlayerControl& player) {
     case PlayerCommand::Kind::speed:
       player.set_speed(command.speed);
       return;
+    case PlayerCommand::Kind::seek: {
+      const PlayerState state = player.state();
+      // Cut to the session before it becomes nanoseconds, which hold no more than 292 years.
+      const double time_s = std::clamp(command.time_s, 0.0, to_seconds(state.end - state.begin));
+      player.seek(state.begin + from_seconds(time_s));
+      return;
+    }
   }
 }
 

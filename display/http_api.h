@@ -5,7 +5,8 @@
 //   GET  /api/history?channel=ID   what is kept of a channel (hub.h says in what form)
 //   POST /api/action   {"kind": "mark"|"note"|"add_target"|"remove_target"|"start_recording"|"stop_recording"|"trigger",
 //                       "text": "...", "camera": "camera0", "region": {"x": 0, "y": 0, "width": 0, "height": 0}}
-//   POST /api/player   {"command": "play"|"pause"|"speed", "speed": 2}          speed null: as fast as possible
+//   POST /api/player   {"command": "play"|"pause"|"speed"|"seek", "speed": 2, "time_s": 12.5}
+//                      speed null: as fast as possible; time_s: seconds since the begin of the session
 //
 // A POST carries Content-Type application/json (a foreign page cannot send that without asking first) and comes from the same
 // origin or from loopback; the answer is {} or {"error": "what is wrong and what to do"}.
@@ -29,10 +30,14 @@ namespace roseau::display {
 /// Checks kind, lengths (texts up to 500 bytes) and region; whether camera and target exist is for the pipeline to say.
 Result<OperatorAction> parse_action(std::string_view body);
 
+/// Times real time; what is asked for above it is as fast as possible, and told to viewers as this.
+inline constexpr double kFastestSpeed = 1000;
+
 struct PlayerCommand {
-  enum class Kind : std::uint8_t { play, pause, speed };
+  enum class Kind : std::uint8_t { play, pause, speed, seek };
   Kind kind = Kind::play;
-  double speed = 1;  // infinity: as fast as possible
+  double speed = 1;   // infinity: as fast as possible
+  double time_s = 0;  // seek: since the session's begin
 };
 Result<PlayerCommand> parse_player_command(std::string_view body);
 void apply(const PlayerCommand& command, PlayerControl& player);

@@ -13,11 +13,13 @@ void append_u32(std::string& out, std::size_t value) {
 }
 }  // namespace
 
-Hub::Hub(std::function<ServerInfo()> server_info, Parameters parameters, std::size_t client_budget_bytes, Demand& demand)
+Hub::Hub(std::function<ServerInfo()> server_info, Parameters parameters, std::size_t client_budget_bytes, Demand& demand,
+         Playback playback)
     : server_info_(std::move(server_info)),
       parameters_(std::move(parameters)),
       client_budget_bytes_(client_budget_bytes),
-      demand_(demand) {}
+      demand_(demand),
+      playback_(std::move(playback)) {}
 
 Hub::~Hub() = default;
 
@@ -50,7 +52,24 @@ void Hub::send_time(HostTime time) {
   for (ClientSession* client : clients) client->send_binary(bytes);
 }
 
-std::unique_ptr<WebSocketClient> Hub::make_client() { return std::make_unique<ClientSession>(*this); }
+void Hub::send_playback_state(PlaybackState state, ClientSession* requester, const std::string& request_id) {
+  const std::set<ClientSession*> clients = clients_;
+  for (ClientSession* client : clients) {
+    state.request_id = client == requester ? request_id : std::string();
+    client->send_playback_state(state);
+  }
+}
+
+void Hub::forget() {
+  for (auto& [id, state] : channels_) {
+    if (id != kStateChannel) state.kept.clear();
+  }
+  for (ClientSession* client : clients_) client->forget();
+}
+
+std::unique_ptr<WebSocketClient> Hub::make_client(std::string_view subprotocol) {
+  return std::make_unique<ClientSession>(*this, subprotocol == kSdkSubprotocol);
+}
 
 std::optional<std::string> Hub::history(ChannelId channel) const {
   const auto found = channels_.find(channel);
@@ -74,8 +93,6 @@ HubCounters Hub::counters() const {
 void Hub::keep(ChannelState& state, HostTime log_time, const SharedBytes& payload) {
   const Retention& retention = state.setup.retention;
   if (retention.on_subscribe == 0 && retention.for_history.count() == 0) return;
-  // A replay that starts over goes back in time: what was kept belongs to the run before.
-  if (!state.kept.empty() && log_time < state.kept.back().log_time) state.kept.clear();
   state.kept.push_back({log_time, payload});
   while (state.kept.size() > retention.on_subscribe && state.kept.front().log_time + retention.for_history <= log_time) {
     state.kept.pop_front();

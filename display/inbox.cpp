@@ -51,6 +51,15 @@ std::optional<InboxItem> Inbox::take() {
   return item;
 }
 
+void Inbox::clear() {
+  // Swapped out: the pictures' buffers go back to their pool outside the lock.
+  std::deque<InboxItem> small;
+  std::map<StreamId, InboxItem> latest;
+  const std::scoped_lock lock(mutex_);
+  small_.swap(small);
+  latest_.swap(latest);
+}
+
 void Inbox::close() {
   {
     const std::scoped_lock lock(mutex_);

@@ -21,6 +21,7 @@ bool is_conflated(SampleKind kind);
 struct InboxItem {
   Sample sample;
   HostTime log_time;
+  std::uint64_t jump = 0;  // which of the replay's jumps it came after
 };
 
 /// Thread-safe: any number of producers, one consumer.
@@ -34,6 +35,9 @@ class Inbox {
 
   /// The next item, waiting for one until `timeout`. Small messages first.
   std::optional<InboxItem> pop(std::chrono::milliseconds timeout);
+
+  /// Forgets what waits, uncounted.
+  void clear();
 
   /// Ends the waiting of pop(), now and for good.
   void close();

@@ -10,19 +10,33 @@ namespace roseau::display {
 MessageMaker::MessageMaker(const StreamTable& streams, const Demand& demand, PreviewOptions options)
     : streams_(streams), demand_(demand), options_(options), encoder_(options.max_width_px, options.quality) {}
 
-std::vector<MadeMessage> MessageMaker::make(const Sample& sample, WallTime now) {
+std::vector<MadeMessage> MessageMaker::make(const Sample& sample, HostTime log_time, WallTime now) {
   std::vector<MadeMessage> made;
   const StreamId stream = sample.header.stream;
   if (sample.kind() == SampleKind::frame) {
     note_size(stream, std::get<Frame>(sample.payload));
     if (demand_.wanted(preview_channel_of(stream)) && preview_is_due(stream, now)) {
-      if (auto preview = make_preview(sample)) made.push_back(std::move(*preview));
+      waiting_.erase(stream);
+      if (auto preview = make_preview(sample, log_time)) made.push_back(std::move(*preview));
+    } else {
+      waiting_.insert_or_assign(stream, Waiting{sample, log_time});
     }
     if (!demand_.wanted(channel_of(stream))) return made;
   }
   auto message = std::make_shared<std::vector<std::byte>>();
   schema::serialize(sample, streams_, *message);
-  made.push_back({channel_of(stream), std::move(message)});
+  made.push_back({channel_of(stream), log_time, std::move(message)});
+  return made;
+}
+
+std::vector<MadeMessage> MessageMaker::make_waiting(WallTime now) {
+  std::vector<MadeMessage> made;
+  std::erase_if(waiting_, [&](const auto& entry) {
+    const auto& [stream, waiting] = entry;
+    if (!demand_.wanted(preview_channel_of(stream)) || !preview_is_due(stream, now)) return false;
+    if (auto preview = make_preview(waiting.sample, waiting.log_time)) made.push_back(std::move(*preview));
+    return true;
+  });
   return made;
 }
 
@@ -37,7 +51,7 @@ bool MessageMaker::preview_is_due(StreamId stream, WallTime now) {
   return true;
 }
 
-std::optional<MadeMessage> MessageMaker::make_preview(const Sample& sample) {
+std::optional<MadeMessage> MessageMaker::make_preview(const Sample& sample, HostTime log_time) {
   const StreamId stream = sample.header.stream;
   const auto jpeg = encoder_.encode(std::get<Frame>(sample.payload));
   if (!jpeg) {
@@ -47,7 +61,7 @@ std::optional<MadeMessage> MessageMaker::make_preview(const Sample& sample) {
   auto message = std::make_shared<std::vector<std::byte>>();
   const auto bytes = std::as_bytes(std::span(jpeg->data(), jpeg->size()));
   schema::serialize_compressed_image(sample.header, streams_.info(stream).device, "jpeg", bytes, *message);
-  return MadeMessage{preview_channel_of(stream), std::move(message)};
+  return MadeMessage{preview_channel_of(stream), log_time, std::move(message)};
 }
 
 void MessageMaker::note_size(StreamId stream, const Frame& frame) {

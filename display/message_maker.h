@@ -24,6 +24,7 @@ struct PreviewOptions {
 
 struct MadeMessage {
   ChannelId channel = 0;
+  HostTime log_time;
   SharedBytes payload;
 };
 
@@ -35,14 +36,21 @@ class MessageMaker {
   MessageMaker(const StreamTable& streams, const Demand& demand, PreviewOptions options);
 
   /// None, one, or for a frame watched both ways two. `now` only thins out the small pictures.
-  std::vector<MadeMessage> make(const Sample& sample, WallTime now);
+  std::vector<MadeMessage> make(const Sample& sample, HostTime log_time, WallTime now);
+
+  /// Small pictures left out before that are wanted and due by now, unless newer ones came: the last picture of all is always
+  /// shown, and a paused replay's to whoever comes later.
+  std::vector<MadeMessage> make_waiting(WallTime now);
+
+  /// Nothing of before is shown any more.
+  void forget() { waiting_.clear(); }
 
   /// Set after the first picture of a camera, and when its size changes.
   std::optional<PictureSize> take_new_picture_size();
 
  private:
   bool preview_is_due(StreamId stream, WallTime now);
-  std::optional<MadeMessage> make_preview(const Sample& sample);
+  std::optional<MadeMessage> make_preview(const Sample& sample, HostTime log_time);
   void note_size(StreamId stream, const Frame& frame);
 
   const StreamTable& streams_;
@@ -50,6 +58,11 @@ class MessageMaker {
   const PreviewOptions options_;
   PreviewEncoder encoder_;
   std::map<StreamId, WallTime> next_preview_;
+  struct Waiting {
+    Sample sample;
+    HostTime log_time;
+  };
+  std::map<StreamId, Waiting> waiting_;  // the newest picture of each camera, while no small one was made of it
   std::map<StreamId, PictureSize> sizes_;
   std::optional<PictureSize> new_size_;
 };

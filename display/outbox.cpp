@@ -18,6 +18,15 @@ void Outbox::put_latest(std::uint32_t slot, OutMessage message) {
 
 void Outbox::remove_slot(std::uint32_t slot) { latest_.erase(slot); }
 
+void Outbox::remove_payloads() {
+  latest_.clear();
+  std::erase_if(small_, [this](const OutMessage& message) {
+    if (message.payload == nullptr) return false;
+    waiting_bytes_ -= message.size();
+    return true;
+  });
+}
+
 std::optional<OutMessage> Outbox::next() {
   if (!small_.empty()) {
     OutMessage message = std::move(small_.front());

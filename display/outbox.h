@@ -40,6 +40,9 @@ class Outbox {
   /// Forgets what waits in `slot` (the client has unsubscribed).
   void remove_slot(std::uint32_t slot);
 
+  /// Forgets every message with a payload, pictures too: they tell of a time that is no longer shown.
+  void remove_payloads();
+
   /// The next to send: all small messages first, then pictures, channel by channel in turn.
   std::optional<OutMessage> next();
 

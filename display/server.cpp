@@ -2,10 +2,12 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <mutex>
 #include <utility>
 
+#include "core/check.h"
 #include "core/log.h"
 #include "display/channels.h"
 #include "display/http_api.h"
@@ -23,6 +25,7 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kStateInterval{250};  // so that the page can call the daemon lost after a second and a half
 constexpr milliseconds kReplayTimeInterval{50};
+constexpr milliseconds kPlaybackStateInterval{1000};
 constexpr milliseconds kWorkerWait{100};     // a stream without samples is told of within this
 constexpr std::size_t kMostInTransit = 512;  // messages between the two threads before pictures are left out
 
@@ -69,7 +72,7 @@ class DisplayServer::Impl final : public WebHandler {
         inbox_(options_.inbox_capacity),
         hub_([this] { return server_info(); },
              {{"name", "roseau"}, {"version", options_.version}, {"session", options_.session_name}, {"mode", options_.mode}},
-             options_.client_budget_bytes, demand_),
+             options_.client_budget_bytes, demand_, playback()),
         web_(*this, WebServerLimits{}) {}
 
   ~Impl() override { stop(); }
@@ -87,7 +90,7 @@ class DisplayServer::Impl final : public WebHandler {
     }
     hub_.add_channels({state_channel()});
     web_.every(kStateInterval, [this] { send_state(); });
-    if (player_ != nullptr) web_.every(kReplayTimeInterval, [this] { hub_.send_time(player_->state().position); });
+    if (player_ != nullptr) web_.every(kReplayTimeInterval, [this] { tell_playback(); });
     server_thread_ = std::thread([this] { web_.run(); });
     worker_thread_ = std::thread([this] { work(); });
     return port;
@@ -106,8 +109,16 @@ class DisplayServer::Impl final : public WebHandler {
   template <class S>
   bool publish(S&& sample, HostTime log_time) {
     if (!somebody_wants(sample)) return true;
-    return inbox_.push({std::forward<S>(sample), log_time});
+    return inbox_.push({std::forward<S>(sample), log_time, shown_jump_});
   }
+
+  void restart() {
+    ROSEAU_CHECK(player_ != nullptr);  // nothing else jumps
+    shown_jump_ = player_->state().jumps_done;
+    inbox_.clear();
+  }
+
+  std::size_t viewers() const { return viewers_; }
 
   std::map<std::string, std::uint64_t> dropped() const {
     std::map<std::string, std::uint64_t> by_topic;
@@ -123,7 +134,8 @@ class DisplayServer::Impl final : public WebHandler {
     const StreamId stream = sample.header.stream;
     switch (sample.kind()) {
       case SampleKind::frame:
-        return demand_.wanted(channel_of(stream)) || demand_.wanted(preview_channel_of(stream));
+        // A paused replay's last picture waits for viewers to come.
+        return player_ != nullptr || demand_.wanted(channel_of(stream)) || demand_.wanted(preview_channel_of(stream));
       case SampleKind::image_motion:
       case SampleKind::raw_bytes:
         return demand_.wanted(channel_of(stream));
@@ -136,28 +148,39 @@ class DisplayServer::Impl final : public WebHandler {
 
   void work() {
     MessageMaker maker(streams_, demand_, {options_.preview_width_px, options_.preview_quality, options_.preview_rate_hz});
+    std::uint64_t jump = 0;
     while (!stopping_) {
       announce_new_streams();
       const std::optional<InboxItem> item = inbox_.pop(kWorkerWait);
-      if (!item) continue;
-      announce_new_streams();
-      newest_ns_ = to_ns(item->log_time);
-      if (in_transit_ > kMostInTransit && is_conflated(item->sample.kind())) {
-        inbox_.count_drop(item->sample.header.stream);
-        continue;
+      if (const std::uint64_t now = shown_jump_; now != jump) {
+        maker.forget();
+        jump = now;
       }
-      for (MadeMessage& message : maker.make(item->sample, std::chrono::steady_clock::now())) {
-        hand_over(std::move(message), item->log_time);
-      }
-      if (const auto size = maker.take_new_picture_size()) web_.post([this, size] { note_picture_size(*size); });
+      if (item && item->jump == jump) show(*item, maker);
+      for (MadeMessage& message : maker.make_waiting(std::chrono::steady_clock::now())) hand_over(std::move(message), jump);
     }
   }
 
-  void hand_over(MadeMessage message, HostTime log_time) {
+  void show(const InboxItem& item, MessageMaker& maker) {
+    announce_new_streams();
+    newest_ns_ = to_ns(item.log_time);
+    if (in_transit_ > kMostInTransit && is_conflated(item.sample.kind())) {
+      inbox_.count_drop(item.sample.header.stream);
+      return;
+    }
+    for (MadeMessage& message : maker.make(item.sample, item.log_time, std::chrono::steady_clock::now())) {
+      hand_over(std::move(message), item.jump);
+    }
+    if (const auto size = maker.take_new_picture_size()) web_.post([this, size] { note_picture_size(*size); });
+  }
+
+  void hand_over(MadeMessage message, std::uint64_t jump) {
     ++in_transit_;
-    web_.post([this, message = std::move(message), log_time] {
+    web_.post([this, message = std::move(message), jump] {
       --in_transit_;
-      hub_.deliver(message.channel, log_time, message.payload);
+      // From the moment that a viewer wants to see another place, nothing more is sent of the one before.
+      if (player_ != nullptr) follow_jumps();
+      if (jump == followed_jump_) hub_.deliver(message.channel, message.log_time, message.payload);
     });
   }
 
@@ -240,6 +263,7 @@ class DisplayServer::Impl final : public WebHandler {
     if (!command) return json_response(400, error_json(command.error().message));
     if (player_ == nullptr) return json_response(409, error_json("nothing is being replayed: this is live"));
     apply(*command, *player_);
+    tell_playback();
     return json_response(200, "{}");
   }
 
@@ -250,7 +274,8 @@ class DisplayServer::Impl final : public WebHandler {
     }
     auto subprotocol = choose_subprotocol(request.subprotocols);
     if (!subprotocol) return words(400, "offer the WebSocket subprotocol foxglove.sdk.v1 or foxglove.websocket.v1");
-    return AcceptedUpgrade{std::move(*subprotocol), hub_.make_client()};
+    auto client = hub_.make_client(*subprotocol);
+    return AcceptedUpgrade{std::move(*subprotocol), std::move(client)};
   }
 
   ServerInfo server_info() const {
@@ -259,13 +284,75 @@ class DisplayServer::Impl final : public WebHandler {
                     .metadata = {{"version", options_.version},
                                  {"session", options_.session_name},
                                  {"mode", options_.mode},
-                                 {"civil_from_host_ns", std::to_string(options_.civil_from_host.count())}},
-                    .sends_time = player_ != nullptr};
+                                 {"civil_from_host_ns", std::to_string(options_.civil_from_host.count())}}};
     if (player_ != nullptr) {
       const PlayerState state = player_->state();
       info.data_range = {state.begin, state.end};
     }
     return info;
+  }
+
+  Playback playback() {
+    if (player_ == nullptr) return {};
+    return {.state = [this] { return playback_state(player_->state()); },
+            .control = [this](const PlaybackControl& control) { return carry_out(control); }};
+  }
+
+  static PlaybackState playback_state(const PlayerState& player) {
+    const auto status = player.ended     ? PlaybackStatus::ended
+                        : player.playing ? PlaybackStatus::playing
+                                         : PlaybackStatus::paused;
+    return {.status = status, .time = player.position, .speed = static_cast<float>(std::min(player.speed, kFastestSpeed))};
+  }
+
+  PlaybackState carry_out(const PlaybackControl& control) {
+    // The place first: a viewer that loops asks for the begin and for playing in one request.
+    if (control.seek) player_->seek(*control.seek);
+    player_->set_speed(control.speed);
+    if (control.play) {
+      player_->play();
+    } else {
+      player_->pause();
+    }
+    const PlayerState player = player_->state();
+    PlaybackState told = playback_state(player);
+    told.did_seek = player.jumps != followed_jump_;
+    note_jump(player);
+    told_ = told;
+    told_at_ = std::chrono::steady_clock::now();
+    return told;
+  }
+
+  /// Whatever tells of the place before is forgotten; pages learn of it before they get anything of the new place.
+  void note_jump(const PlayerState& player) {
+    if (player.jumps == followed_jump_) return;
+    followed_jump_ = player.jumps;
+    hub_.forget();
+    send_state();
+  }
+
+  void follow_jumps() {
+    const PlayerState player = player_->state();
+    if (player.jumps == followed_jump_) return;
+    note_jump(player);
+    tell(player, /*did_seek=*/true);
+  }
+
+  void tell(const PlayerState& player, bool did_seek) {
+    told_ = playback_state(player);
+    told_.did_seek = did_seek;
+    told_at_ = std::chrono::steady_clock::now();
+    hub_.send_playback_state(told_);
+  }
+
+  /// Time many times a second; the player's state when it changes, and now and then for who missed it.
+  void tell_playback() {
+    follow_jumps();
+    const PlayerState player = player_->state();
+    const PlaybackState now = playback_state(player);
+    const bool is_old = std::chrono::steady_clock::now() - told_at_ >= kPlaybackStateInterval;
+    if (is_old || now.status != told_.status || now.speed != told_.speed) tell(player, /*did_seek=*/false);
+    hub_.send_time(player.position);
   }
 
   DisplayState state() const {
@@ -282,6 +369,7 @@ class DisplayServer::Impl final : public WebHandler {
   }
 
   void send_state() {
+    viewers_ = hub_.counters().clients;
     const std::string text = state_json(state());
     const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
     hub_.deliver(kStateChannel, host_time_from_ns(newest_ns_),
@@ -304,12 +392,17 @@ class DisplayServer::Impl final : public WebHandler {
   Inbox inbox_;
   std::atomic<std::int64_t> newest_ns_{0};
   std::atomic<std::size_t> in_transit_{0};
+  std::atomic<std::size_t> viewers_{0};
+  std::atomic<std::uint64_t> shown_jump_{0};  // of the player's: what is published comes after this one
   std::atomic<bool> stopping_{false};
   std::size_t announced_ = 0;  // the display's own thread
 
   // The server's thread.
   StaticFiles files_;
   std::vector<PictureSize> picture_sizes_;
+  std::uint64_t followed_jump_ = 0;  // of the player's: viewers know of it
+  PlaybackState told_;
+  std::chrono::steady_clock::time_point told_at_;
   Hub hub_;
   WebServer web_;  // last: its connections use everything above
 
@@ -328,6 +421,10 @@ Result<std::uint16_t> DisplayServer::start() { return impl_->start(); }
 void DisplayServer::stop() { impl_->stop(); }
 
 bool DisplayServer::publish(const Sample& sample, HostTime log_time) { return impl_->publish(sample, log_time); }
+
+void DisplayServer::restart() { impl_->restart(); }
+
+std::size_t DisplayServer::viewers() const { return impl_->viewers(); }
 
 bool DisplayServer::receive(Sample sample) {
   const HostTime arrival = sample.header.arrival_time;

@@ -77,6 +77,13 @@ class DisplayServer final : public SampleSink {
   /// publish() with the sample's arrival time, without a copy.
   bool receive(Sample sample) override;
 
+  /// What is published from now on tells of the place that the player has just jumped to: nothing published before is shown any
+  /// more, and nothing of it is kept. Call it between the last sample of the one place and the first of the other.
+  void restart();
+
+  /// Connections of pages and other viewers, as of a quarter of a second ago. Thread-safe.
+  std::size_t viewers() const;
+
   /// Samples not shown, or pictures replaced by newer ones before they were shown, per topic since the start. Thread-safe.
   std::map<std::string, std::uint64_t> dropped() const;
 

@@ -27,13 +27,12 @@ TEST(FoxgloveProtocol, TellsAboutTheServer) {
   EXPECT_EQ(live["sessionId"], "s1");
   EXPECT_EQ(live["metadata"]["mode"], "live");
   EXPECT_THAT(live["capabilities"], testing::Not(testing::Contains("time")));
+  EXPECT_THAT(live["capabilities"], testing::Not(testing::Contains("playbackControl")));
   EXPECT_FALSE(live.contains("dataStartTime"));
 
-  const json replay =
-      json::parse(server_info_message({.name = "roseau",
-                                       .sends_time = true,
-                                       .data_range = {{host_time_from_ns(5'000'000'007), host_time_from_ns(9'000'000'000)}}}));
-  EXPECT_THAT(replay["capabilities"], testing::Contains("time"));
+  const json replay = json::parse(server_info_message(
+      {.name = "roseau", .data_range = {{host_time_from_ns(5'000'000'007), host_time_from_ns(9'000'000'000)}}}));
+  EXPECT_THAT(replay["capabilities"], testing::IsSupersetOf({"time", "playbackControl"}));
   EXPECT_EQ(replay["dataStartTime"]["sec"], 5);
   EXPECT_EQ(replay["dataStartTime"]["nsec"], 7);
 }
@@ -121,11 +120,76 @@ TEST(FoxgloveProtocol, AnswersNonsenseWithWords) {
   EXPECT_TRUE(json::accept(status_message(StatusLevel::error, "\xff broken")));
 }
 
-TEST(FoxgloveProtocol, RefusesBinaryRequestsWithWords) {
-  EXPECT_THAT(refuse_client_binary(""), testing::HasSubstr("empty"));
-  EXPECT_THAT(refuse_client_binary("\x01xx"), testing::HasSubstr("publishing"));
-  EXPECT_THAT(refuse_client_binary("\x02"), testing::HasSubstr("/api/action"));
-  EXPECT_THAT(refuse_client_binary("\xff"), testing::HasSubstr("255"));
+// The layouts are those of reference clients and servers: written out byte by byte.
+TEST(FoxgloveProtocol, WritesThePlayersState) {
+  const std::string message = playback_state_message({.status = PlaybackStatus::ended,
+                                                      .time = host_time_from_ns(0x0102030405060708),
+                                                      .speed = 1.5F,
+                                                      .did_seek = true,
+                                                      .request_id = "r7"});
+  EXPECT_EQ(message, std::string("\x05\x03\x08\x07\x06\x05\x04\x03\x02\x01\0\0\xc0\x3f\x01\x02\0\0\0r7", 21));
+  const std::string plain = playback_state_message({.status = PlaybackStatus::paused});
+  EXPECT_EQ(plain, std::string("\x05\x01\0\0\0\0\0\0\0\0\0\0\x80\x3f\0\0\0\0\0", 19));
+}
+
+std::string control_request(char command, std::string_view speed, char had_seek, std::string_view seek,
+                            std::string_view id_bytes, std::string_view id) {
+  return std::string("\x03") + command + std::string(speed) + had_seek + std::string(seek) + std::string(id_bytes) +
+         std::string(id);
+}
+constexpr std::string_view kOneAndAHalf("\0\0\xc0\x3f", 4);
+constexpr std::string_view kSeek("\x08\x07\x06\x05\x04\x03\x02\x01", 8);
+constexpr std::string_view kTwo("\x02\0\0\0", 4);
+
+TEST(FoxgloveProtocol, ReadsPlaybackControl) {
+  const auto sought = parse_client_binary(control_request(1, kOneAndAHalf, 1, kSeek, kTwo, "r7"));
+  ASSERT_TRUE(sought) << sought.error().message;
+  EXPECT_FALSE(sought->play);
+  EXPECT_EQ(sought->speed, 1.5F);
+  EXPECT_EQ(sought->seek, host_time_from_ns(0x0102030405060708));
+  EXPECT_EQ(sought->request_id, "r7");
+
+  const auto playing = parse_client_binary(control_request(0, kOneAndAHalf, 0, kSeek, kTwo, "r7 and what newer clients say"));
+  ASSERT_TRUE(playing);
+  EXPECT_TRUE(playing->play);
+  EXPECT_FALSE(playing->seek) << "the time means nothing when nothing was sought";
+  EXPECT_EQ(playing->request_id, "r7");
+
+  const auto far = parse_client_binary(control_request(0, kOneAndAHalf, 1, std::string(8, '\xff'), kTwo, "r7"));
+  ASSERT_TRUE(far);
+  EXPECT_EQ(far->seek, HostTime::max());
+}
+
+TEST(FoxgloveProtocol, AnswersMalformedPlaybackControlWithWords) {
+  const std::string whole = control_request(1, kOneAndAHalf, 1, kSeek, kTwo, "r7");
+  for (std::size_t bytes = 1; bytes < whole.size(); ++bytes) {
+    const auto cut = parse_client_binary(whole.substr(0, bytes));
+    ASSERT_FALSE(cut) << bytes;
+    EXPECT_EQ(cut.error().code, ErrorCode::invalid_argument);
+  }
+  const std::string nan("\0\0\xc0\x7f", 4);
+  const std::string infinite("\0\0\x80\x7f", 4);
+  const std::string zero(4, '\0');
+  const std::string negative("\0\0\x80\xbf", 4);
+  for (const auto& speed : {nan, infinite, zero, negative}) {
+    EXPECT_FALSE(parse_client_binary(control_request(0, speed, 0, kSeek, kTwo, "r7")));
+  }
+  EXPECT_FALSE(parse_client_binary(control_request(2, kOneAndAHalf, 0, kSeek, kTwo, "r7"))) << "no such command";
+  EXPECT_FALSE(parse_client_binary(control_request(0, kOneAndAHalf, 0, kSeek, "\xff\xff\xff\xff", "r7")));
+  const std::string long_id(2000, 'x');
+  EXPECT_FALSE(parse_client_binary(control_request(0, kOneAndAHalf, 0, kSeek, std::string_view("\xd0\x07\0\0", 4), long_id)));
+}
+
+TEST(FoxgloveProtocol, RefusesOtherBinaryRequestsWithWords) {
+  const auto words = [](std::string_view bytes) {
+    const auto parsed = parse_client_binary(bytes);
+    EXPECT_FALSE(parsed);
+    return parsed ? std::string() : parsed.error().message;
+  };
+  EXPECT_THAT(words(""), testing::HasSubstr("empty"));
+  EXPECT_THAT(words("\x01xx"), testing::HasSubstr("publishing"));
+  EXPECT_THAT(words("\x02"), testing::HasSubstr("/api/action"));
+  EXPECT_THAT(words("\xff"), testing::HasSubstr("255"));
 }
 
 }  // namespace

@@ -11,6 +11,7 @@ namespace roseau::display {
 namespace {
 
 using nlohmann::json;
+using namespace std::chrono_literals;
 
 TEST(ParseAction, ReadsEveryKind) {
   const auto target = parse_action(
@@ -57,15 +58,40 @@ TEST(ParsePlayerCommand, ReadsCommandsAndRefusesTheRest) {
   EXPECT_EQ(parse_player_command(R"({"command":"play"})")->kind, PlayerCommand::Kind::play);
   EXPECT_DOUBLE_EQ(parse_player_command(R"({"command":"speed","speed":4})")->speed, 4);
   EXPECT_TRUE(std::isinf(parse_player_command(R"({"command":"speed","speed":null})")->speed));
+  const auto seek = parse_player_command(R"({"command":"seek","time_s":12.5})");
+  ASSERT_TRUE(seek);
+  EXPECT_EQ(seek->kind, PlayerCommand::Kind::seek);
+  EXPECT_DOUBLE_EQ(seek->time_s, 12.5);
   for (const char* body :
-       {"", "{}", R"({"command":"jump"})", R"({"command":"speed"})", R"({"command":"speed","speed":0})",
+       {"", "{}", R"({"command":"jump"})", R"({"command":"seek"})", R"({"command":"seek","time_s":"1"})",
+        R"({"command":"seek","time_s":1e999})", R"({"command":"speed"})", R"({"command":"speed","speed":0})",
         R"({"command":"speed","speed":-1})", R"({"command":"speed","speed":"2"})", R"({"command":"speed","speed":1e9})"}) {
     EXPECT_FALSE(parse_player_command(body)) << body;
   }
 }
 
+TEST(ApplyPlayerCommand, SeeksFromTheBeginAndStaysInTheSession) {
+  class Recording final : public PlayerControl {
+   public:
+    void play() override {}
+    void pause() override {}
+    void set_speed(double) override {}
+    void seek(HostTime time) override { sought = time; }
+    PlayerState state() const override { return {.begin = HostTime(100s), .end = HostTime(160s)}; }
+    HostTime sought;
+  } player;
+  const auto seek = [&player](double time_s) {
+    apply({.kind = PlayerCommand::Kind::seek, .time_s = time_s}, player);
+    return player.sought;
+  };
+  EXPECT_EQ(seek(12.5), HostTime(112500ms));
+  EXPECT_EQ(seek(-3), HostTime(100s));
+  EXPECT_EQ(seek(1e300), HostTime(160s));
+}
+
 TEST(StateJson, CarriesTimesAsTextAndTheFastestSpeedAsNull) {
   PlayerState player{.playing = false, .speed = std::numeric_limits<double>::infinity()};
+  player.jumps = 3;
   player.position = host_time_from_ns(9'007'199'254'740'993);  // no double holds it
   const json state = json::parse(state_json({.newest = host_time_from_ns(9'007'199'254'740'993),
                                              .viewers = {.clients = 2, .images_dropped = 5},
@@ -74,6 +100,7 @@ TEST(StateJson, CarriesTimesAsTextAndTheFastestSpeedAsNull) {
   EXPECT_EQ(state["time_ns"], "9007199254740993");
   EXPECT_EQ(state["player"]["position_ns"], "9007199254740993");
   EXPECT_TRUE(state["player"]["speed"].is_null());
+  EXPECT_EQ(state["player"]["jumps"], 3);
   EXPECT_EQ(state["clients"], 2);
   EXPECT_EQ(state["pictures"][0]["width_px"], 1280);
   EXPECT_TRUE(json::parse(state_json({}))["player"].is_null());

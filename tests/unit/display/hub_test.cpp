@@ -28,7 +28,9 @@ class FakeLink final : public WebSocketLink {
 };
 
 struct Viewer {
-  explicit Viewer(Hub& hub) : client(hub.make_client()) { client->on_open(link); }
+  explicit Viewer(Hub& hub, std::string_view subprotocol = kSdkSubprotocol) : client(hub.make_client(subprotocol)) {
+    client->on_open(link);
+  }
 
   std::vector<OutMessage> read() {
     std::vector<OutMessage> messages;
@@ -124,10 +126,94 @@ TEST_F(HubTest, KeepsAMinuteOfHistoryButSendsOnlyTheNewest) {
   EXPECT_FALSE(hub.history(999));
 }
 
-TEST_F(HubTest, ForgetsTheLastRunWhenTimeGoesBack) {
+TEST_F(HubTest, ForgetsThePlaceBeforeAJump) {
+  hub.add_channels({{.channel = {.id = kStateChannel, .topic = "/display/state"}, .retention = {.on_subscribe = 1}}});
+  Viewer viewer(hub);
+  viewer.subscribe(1, kWind);
+  viewer.subscribe(2, kPicture);
+  viewer.read();
+  hub.deliver(kStateChannel, at(500), bytes("state"));
   hub.deliver(kWind, at(500), bytes("old"));
+  hub.deliver(kPicture, at(500), bytes("picture"));
+  viewer.client->on_text("nonsense");
+  hub.forget();
   hub.deliver(kWind, at(3), bytes("new"));
   EXPECT_EQ(hub.history(kWind)->size(), 4U + 13 + 3);
+  EXPECT_EQ(hub.history(kStateChannel)->size(), 4U + 13 + 5) << "the display's own state is of now";
+  const auto messages = viewer.read();
+  ASSERT_EQ(messages.size(), 2U) << "what waited to be sent is forgotten too, but not what is no sample";
+  EXPECT_TRUE(messages[0].is_text);
+  EXPECT_EQ(text_of(messages[1].payload), "new");
+}
+
+class ReplayHubTest : public HubTest {
+ protected:
+  static bool is_playback(const OutMessage& message) { return !message.is_text && message.head.front() == '\x05'; }
+  static std::vector<std::string> playback(Viewer& viewer) {
+    std::vector<std::string> states;
+    for (const auto& message : viewer.read()) {
+      if (is_playback(message)) states.push_back(message.head);
+    }
+    return states;
+  }
+  PlaybackState now{.status = PlaybackStatus::paused, .time = at(4), .speed = 2};
+  std::vector<PlaybackControl> asked;
+  Demand replay_demand;
+  Hub replay_hub{[] { return ServerInfo{.name = "roseau", .session_id = "s"}; },
+                 {},
+                 2000,
+                 replay_demand,
+                 {.state = [this] { return now; },
+                  .control =
+                      [this](const PlaybackControl& control) {
+                        asked.push_back(control);
+                        now.did_seek = control.seek.has_value();
+                        return now;
+                      }}};
+  // Pause, speed 2, seek to 7 ns, "id".
+  const std::string request = std::string("\x03\x01\0\0\0\x40\x01\x07\0\0\0\0\0\0\0\x02\0\0\0id", 21);
+};
+
+TEST_F(ReplayHubTest, AnswersWhoAskedAndTellsTheOthers) {
+  Viewer asking(replay_hub);
+  Viewer other(replay_hub);
+  EXPECT_EQ(playback(asking).size(), 1U) << "a new viewer knows at once how it stands";
+  playback(other);
+  asking.client->on_binary(request);
+  ASSERT_EQ(asked.size(), 1U);
+  EXPECT_EQ(asked[0].seek, host_time_from_ns(7));
+  now.request_id = "id";
+  EXPECT_EQ(playback(asking), std::vector<std::string>{playback_state_message(now)});
+  now.request_id.clear();
+  EXPECT_EQ(playback(other), std::vector<std::string>{playback_state_message(now)});
+}
+
+TEST_F(ReplayHubTest, OlderViewersAreToldOnceTheyAsk) {
+  Viewer older(replay_hub, kWebSocketSubprotocol);
+  replay_hub.send_playback_state(now);
+  EXPECT_TRUE(playback(older).empty()) << "it may not know this message";
+  older.client->on_binary(request);
+  EXPECT_EQ(playback(older).size(), 1U);
+  replay_hub.send_playback_state(now);
+  EXPECT_EQ(playback(older).size(), 1U);
+}
+
+TEST_F(ReplayHubTest, WrongRequestsAreAnsweredWithWords) {
+  Viewer viewer(replay_hub);
+  viewer.read();
+  viewer.client->on_binary(request.substr(0, 12));
+  const auto texts = viewer.read_texts();
+  ASSERT_EQ(texts.size(), 1U);
+  EXPECT_EQ(texts[0]["op"], "status");
+  EXPECT_EQ(texts[0]["level"], 2);
+  EXPECT_TRUE(asked.empty());
+
+  Viewer live(hub);
+  live.read();
+  live.client->on_binary(request);
+  const auto answers = live.read_texts();
+  ASSERT_EQ(answers.size(), 1U);
+  EXPECT_EQ(answers[0]["level"], 1);
 }
 
 TEST_F(HubTest, OnlyTheNewestPictureWaits) {
