@@ -50,6 +50,7 @@ struct AllArguments {
   ImportArguments import;
   FilesArguments info;
   FilesArguments verify;
+  RecoverArguments recover;
   EstimateArguments estimate;
   TreeArguments tree;
 };
@@ -135,6 +136,18 @@ void add_tools(Commands& commands, AllArguments& all) {
   add_json(estimate, all.estimate.json);
 }
 
+void add_recover(Commands& commands, AllArguments& all) {
+  auto& arguments = all.recover;
+  auto* sub = commands.add("recover", "Make a cut or damaged session whole again, and say exactly what is lost", arguments,
+                           recover_command);
+  sub->add_option("session", arguments.file, "Session file (.mcap); it is only read")->required();
+  auto* output =
+      sub->add_option("-o,--output", arguments.output, "File to write (default: SESSION.recovered.mcap beside it)");
+  sub->add_flag("--in-place", arguments.in_place, "Give the file itself its missing end; torn bytes go to SESSION.mcap.torn")
+      ->excludes(output);
+  add_json(sub, arguments.json);
+}
+
 void add_tree(Commands& commands, AllArguments& all) {
   auto& arguments = all.tree;
   auto* sub = commands.add("tree", "Read or grow a tree: its figures, what was mended, glTF", arguments, tree_command);
@@ -177,6 +190,7 @@ int run_command_line(int argc, char** argv) {
   add_emulate(commands, arguments);
   add_import(commands, arguments);
   add_tools(commands, arguments);
+  add_recover(commands, arguments);
   add_tree(commands, arguments);
   try {
     app.parse(argc, argv);

@@ -82,6 +82,14 @@ struct FilesArguments {
 int info_command(const FilesArguments& arguments);
 int verify_command(const FilesArguments& arguments);
 
+struct RecoverArguments {
+  std::filesystem::path file;
+  std::optional<std::filesystem::path> output;  // beside the file when absent
+  bool in_place = false;                        // instead of an output
+  bool json = false;
+};
+int recover_command(const RecoverArguments& arguments);
+
 struct EstimateArguments {
   std::filesystem::path file;
   std::optional<std::filesystem::path> output;

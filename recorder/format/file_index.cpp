@@ -339,6 +339,16 @@ class Walk {
 
 }  // namespace
 
+Result<void> check_ending(Readable& in) {
+  if (auto magic = check_opening_magic(in); !magic) return magic;
+  const auto footer = read_footer(in);
+  if (!footer) return footer.error();
+  if (footer->summary_start == 0) return {};
+  const std::uint64_t footer_offset = in.size() - kMagic.size() - kFooterBytes;
+  if (footer->summary_start > footer_offset) return summary_error("the footer points outside of the file");
+  return check_summary_crc(in, *footer, footer_offset);
+}
+
 Result<FileIndex> read_file_index(Readable& in, const ReaderOptions& options) {
   if (auto magic = check_opening_magic(in); !magic) return magic.error();
   const auto footer = read_footer(in);

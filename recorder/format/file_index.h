@@ -51,4 +51,8 @@ struct FileIndex {
 /// can: not an MCAP file, or the disk failed.
 Result<FileIndex> read_file_index(Readable& in, const ReaderOptions& options);
 
+/// Whether the file was closed properly: it ends with a footer, and the summary's CRC matches. Quick on files of any size. The
+/// Error says what is missing.
+Result<void> check_ending(Readable& in);
+
 }  // namespace roseau::mcap

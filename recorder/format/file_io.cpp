@@ -1,6 +1,7 @@
 #include "recorder/format/file_io.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
@@ -81,6 +82,8 @@ void sync_directory(const std::filesystem::path& file) {
 Result<std::unique_ptr<FileWritable>> FileWritable::create(const std::filesystem::path& path) {
   const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (fd < 0) return file_error("cannot create", path.string(), errno);
+  // Whoever recovers sessions sees that this one is still being written. Where locks are not known it cannot.
+  static_cast<void>(::flock(fd, LOCK_EX | LOCK_NB));
   sync_directory(path);
   auto file = adopt(fd, path.string());
   file->direct_fd_ = ::open(path.c_str(), O_WRONLY | O_DIRECT | O_CLOEXEC);

@@ -30,13 +30,13 @@ Result<void> Writer::begin(const Header& header) {
 }
 
 void Writer::remember(const Schema& schema) {
-  if (std::ranges::find(schemas_, schema.id, &Schema::id) != schemas_.end()) return;
+  if (!schema_ids_.insert(schema.id).second) return;
   schemas_.push_back(schema);
   ++statistics_.schema_count;
 }
 
 void Writer::remember(const Channel& channel) {
-  if (std::ranges::find(channels_, channel.id, &Channel::id) != channels_.end()) return;
+  if (!channel_ids_.insert(channel.id).second) return;
   channels_.push_back(channel);
   ++statistics_.channel_count;
 }
@@ -91,30 +91,49 @@ Result<void> Writer::write_private(Opcode opcode, const Metadata& content) {
   return append(scratch_);
 }
 
+Result<void> Writer::write(const OtherRecord& record) { return write_record(record); }
+
 Result<void> Writer::write(const ChunkBuilder& chunk) {
   if (chunk.empty()) return {};
   auto stored = store(chunk);
   if (!stored) return stored.error();
-  const Chunk& record = stored->record;
+  if (auto appended = append_chunk(*stored, chunk.indexes()); !appended) return appended;
+  count(*stored, chunk.schemas(), chunk.channels(), chunk.indexes());
+  return {};
+}
+
+Result<void> Writer::copy(const Chunk& chunk, std::uint32_t stored_crc, const ChunkContent& content) {
+  StoredChunk stored{.record = chunk, .bytes = chunk.records.size(), .crc = stored_crc};
+  stored.record.start_time_ns = content.start_time_ns;
+  stored.record.end_time_ns = content.end_time_ns;
+  parts_.assign(1, chunk.records);
+  const auto indexes = content.indexes();
+  if (auto appended = append_chunk(stored, indexes); !appended) return appended;
+  count(stored, content.schemas, content.channels, indexes);
+  return {};
+}
+
+/// parts_ holds the stored records.
+Result<void> Writer::append_chunk(const StoredChunk& stored, const std::map<std::uint16_t, MessageIndex>& indexes) {
+  const Chunk& record = stored.record;
   scratch_.clear();
-  encode_chunk_head(record, stored->bytes, scratch_);
+  encode_chunk_head(record, stored.bytes, scratch_);
   ChunkIndex index{.start_time_ns = record.start_time_ns,
                    .end_time_ns = record.end_time_ns,
                    .chunk_offset = position_,
-                   .chunk_length = scratch_.size() + stored->bytes,
+                   .chunk_length = scratch_.size() + stored.bytes,
                    .compression = record.compression,
-                   .compressed_size = stored->bytes,
+                   .compressed_size = stored.bytes,
                    .uncompressed_size = record.uncompressed_size};
-  const auto message_indexes = encode_message_indexes(chunk, position_ + index.chunk_length, index);
+  const auto message_indexes = encode_message_indexes(indexes, position_ + index.chunk_length, index);
 
   parts_.insert(parts_.begin(), scratch_);
   parts_.push_back(message_indexes);
   if (auto appended = out_.append(parts_); !appended) return appended;
   data_crc_ = crc32(data_crc_, scratch_);
-  data_crc_ = crc32_combine(data_crc_, stored->crc, stored->bytes);
+  data_crc_ = crc32_combine(data_crc_, stored.crc, stored.bytes);
   data_crc_ = crc32(data_crc_, message_indexes);
   position_ += index.chunk_length + message_indexes.size();
-  count(chunk);
   chunk_indexes_.push_back(std::move(index));
   return {};
 }
@@ -142,21 +161,22 @@ Result<Writer::StoredChunk> Writer::store(const ChunkBuilder& chunk) {
   return stored;
 }
 
-void Writer::count(const ChunkBuilder& chunk) {
+void Writer::count(const StoredChunk& stored, const std::vector<Schema>& schemas, const std::vector<Channel>& channels,
+                   const std::map<std::uint16_t, MessageIndex>& indexes) {
   ++statistics_.chunk_count;
-  for (const Schema& schema : chunk.schemas()) remember(schema);
-  for (const Channel& channel : chunk.channels()) remember(channel);
-  for (const auto& [channel_id, messages] : chunk.indexes()) {
+  for (const Schema& schema : schemas) remember(schema);
+  for (const Channel& channel : channels) remember(channel);
+  for (const auto& [channel_id, messages] : indexes) {
     if (messages.entries.empty()) continue;
-    count_messages(channel_id, messages.entries.size(), chunk.start_time_ns(), chunk.end_time_ns());
+    count_messages(channel_id, messages.entries.size(), stored.record.start_time_ns, stored.record.end_time_ns);
   }
 }
 
-std::vector<std::byte> Writer::encode_message_indexes(const ChunkBuilder& chunk, std::uint64_t position,
-                                                      ChunkIndex& index) const {
+std::vector<std::byte> Writer::encode_message_indexes(const std::map<std::uint16_t, MessageIndex>& indexes,
+                                                      std::uint64_t position, ChunkIndex& index) const {
   std::vector<std::byte> bytes;
   if (!options_.message_indexes) return bytes;
-  for (const auto& [channel_id, messages] : chunk.indexes()) {
+  for (const auto& [channel_id, messages] : indexes) {
     if (messages.entries.empty()) continue;
     index.message_index_offsets[channel_id] = position + bytes.size();
     encode(messages, bytes);

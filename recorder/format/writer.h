@@ -7,11 +7,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <set>
 #include <span>
 #include <vector>
 
 #include "core/result.h"
 #include "recorder/format/chunk_builder.h"
+#include "recorder/format/chunk_content.h"
 #include "recorder/format/io.h"
 #include "recorder/format/records.h"
 
@@ -44,6 +46,11 @@ class Writer {
   Result<void> write_private(Opcode opcode, const Metadata& content);
   /// Writes the chunk and its message indexes with one append. A compressed chunk that did not shrink is stored as it is.
   Result<void> write(const ChunkBuilder& chunk);
+  /// A record of a kind this program does not know, or a private one, as it stands in another file.
+  Result<void> write(const OtherRecord& record);
+  /// A chunk as it stands in another file, not compressed anew. `content` is what its records hold (chunk_content): times,
+  /// message indexes and counts are taken from there. `stored_crc` is the CRC of chunk.records as they are stored.
+  Result<void> copy(const Chunk& chunk, std::uint32_t stored_crc, const ChunkContent& content);
 
   /// Data end, summary, footer, magic.
   Result<void> finish();
@@ -63,14 +70,17 @@ class Writer {
     std::uint32_t crc = 0;    // of these
   };
   Result<StoredChunk> store(const ChunkBuilder& chunk);
-  void count(const ChunkBuilder& chunk);
+  Result<void> append_chunk(const StoredChunk& stored, const std::map<std::uint16_t, MessageIndex>& indexes);
+  void count(const StoredChunk& stored, const std::vector<Schema>& schemas, const std::vector<Channel>& channels,
+             const std::map<std::uint16_t, MessageIndex>& indexes);
   template <class T>
   Result<void> write_record(const T& record);
   Result<void> append(std::span<const std::byte> bytes);
   template <class T>
   void add_group(Opcode opcode, const std::vector<T>& records, bool wanted, std::vector<std::byte>& summary,
                  std::vector<SummaryOffset>& offsets) const;
-  std::vector<std::byte> encode_message_indexes(const ChunkBuilder& chunk, std::uint64_t position, ChunkIndex& index) const;
+  std::vector<std::byte> encode_message_indexes(const std::map<std::uint16_t, MessageIndex>& indexes, std::uint64_t position,
+                                                ChunkIndex& index) const;
 
   Writable& out_;
   WriterOptions options_;
@@ -83,6 +93,8 @@ class Writer {
   Statistics statistics_;
   std::vector<Schema> schemas_;    // in order of first appearance
   std::vector<Channel> channels_;  // the same
+  std::set<std::uint16_t> schema_ids_;
+  std::set<std::uint16_t> channel_ids_;
   std::vector<AttachmentIndex> attachment_indexes_;
   std::vector<MetadataIndex> metadata_indexes_;
   std::vector<ChunkIndex> chunk_indexes_;
