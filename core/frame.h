@@ -98,7 +98,8 @@ struct CodedImage {
 /// One image. Rows are `stride` bytes apart, top row first.
 ///
 /// A frame may carry its stored form: from a camera that is stored lossy, whose pixels are what that decodes to, and from a
-/// recording of coded pictures. Who stores the frame takes `coded` as it is; everybody else looks at the pixels.
+/// recording of coded pictures. Who stores the frame takes `coded` as it is; everybody else looks at the pixels. A frame that is
+/// kept only to be stored may have let go of its pixels: bytes() is empty then.
 struct Frame {
   FrameLease pixels;
   std::uint32_t width = 0;
@@ -108,7 +109,9 @@ struct Frame {
   Duration exposure_duration{0};  // 0 = unknown
   CodedImage coded;
 
-  std::span<const std::byte> bytes() const { return pixels.bytes().first(std::size_t{stride} * height); }
+  std::span<const std::byte> bytes() const {
+    return pixels ? pixels.bytes().first(std::size_t{stride} * height) : std::span<const std::byte>{};
+  }
 };
 
 }  // namespace roseau

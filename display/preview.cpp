@@ -1,29 +1,20 @@
 #include "display/preview.h"
 
-#include <turbojpeg.h>
-
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string_view>
+#include <vector>
+
+#include "core/image_coding/jpeg.h"
 
 namespace roseau::display {
 
 struct PreviewEncoder::State {
   std::uint32_t max_width_px;
-  int quality;
-  tjhandle compressor = tjInitCompress();
-  unsigned char* jpeg = nullptr;  // grown by libjpeg-turbo, kept between pictures
-  unsigned long capacity_bytes = 0;
+  image::JpegEncoder encoder;
+  std::vector<std::byte> jpeg;  // kept between pictures
   cv::Mat eight_bit;
   cv::Mat scaled;
-
-  State(std::uint32_t width_px, int jpeg_quality) : max_width_px(width_px), quality(jpeg_quality) {}
-  State(const State&) = delete;
-  State& operator=(const State&) = delete;
-  ~State() {
-    tjFree(jpeg);
-    if (compressor != nullptr) tjDestroy(compressor);
-  }
 };
 
 namespace {
@@ -36,23 +27,21 @@ cv::Mat view_of(const Frame& frame) {
   return {static_cast<int>(frame.height), static_cast<int>(frame.width), type, pixels, frame.stride};
 }
 
-TJPF turbo_format(PixelFormat format) {
-  switch (format) {
-    case PixelFormat::bgr8:
-      return TJPF_BGR;
-    case PixelFormat::rgb8:
-      return TJPF_RGB;
-    case PixelFormat::mono8:
-    case PixelFormat::mono16:
-      break;
-  }
-  return TJPF_GRAY;
+/// The picture with whole rows from `picture`, as the encoder takes it.
+image::PixelView pixels_of(const cv::Mat& picture, PixelFormat format) {
+  const auto height = static_cast<std::size_t>(picture.rows);
+  return {.pixels = std::as_bytes(std::span(picture.data, picture.step[0] * (height - 1) + picture.cols * picture.elemSize())),
+          .width = static_cast<std::uint32_t>(picture.cols),
+          .height = static_cast<std::uint32_t>(height),
+          .stride = static_cast<std::uint32_t>(picture.step[0]),
+          .format = format};
 }
 
 }  // namespace
 
 PreviewEncoder::PreviewEncoder(std::uint32_t max_width_px, int quality)
-    : state_(std::make_unique<State>(max_width_px, quality)) {}
+    : state_(new State{.max_width_px = max_width_px,
+                       .encoder = image::JpegEncoder(quality, image::JpegEncoder::Transform::fast)}) {}
 
 PreviewEncoder::~PreviewEncoder() = default;
 
@@ -71,15 +60,12 @@ Result<std::string_view> PreviewEncoder::encode(const Frame& frame) {
       picture.convertTo(state_->eight_bit, CV_8U, kUpperByte);
       picture = state_->eight_bit;
     }
-    const TJPF format = turbo_format(frame.format);
-    const TJSAMP subsampling = format == TJPF_GRAY ? TJSAMP_GRAY : TJSAMP_420;
-    unsigned long size_bytes = state_->capacity_bytes;
-    if (tjCompress2(state_->compressor, picture.data, picture.cols, static_cast<int>(picture.step[0]), picture.rows, format,
-                    &state_->jpeg, &size_bytes, subsampling, state_->quality, TJFLAG_FASTDCT) != 0) {
-      return Error{ErrorCode::io, std::string("JPEG: ") + tjGetErrorStr2(state_->compressor)};
-    }
-    state_->capacity_bytes = std::max(state_->capacity_bytes, size_bytes);
-    return std::string_view(reinterpret_cast<const char*>(state_->jpeg), size_bytes);
+    const PixelFormat format = frame.format == PixelFormat::mono16 ? PixelFormat::mono8 : frame.format;
+    const auto view = pixels_of(picture, format);
+    state_->jpeg.resize(image::JpegEncoder::buffer_bytes(view.width, view.height, format));
+    const auto size = state_->encoder.encode(view, state_->jpeg);
+    if (!size) return size.error();
+    return std::string_view(reinterpret_cast<const char*>(state_->jpeg.data()), *size);
   } catch (const cv::Exception& error) {
     return Error{ErrorCode::io, std::string("scaling the picture: ") + error.what()};
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/image_coding/image_decoder.h"
 #include "schema/image_motion.h"
 #include "schema/messages.h"
 #include "schema/wire.h"
@@ -129,10 +130,21 @@ Result<MarkerPositions> payload_of(const PosesInFrameMessage& message) {
   return positions;
 }
 
+/// A coded frame's pixels; another frame's are copied.
+Result<void> take_pixels(const FrameView& view, std::span<std::byte> pixels) {
+  if (view.storage == ImageStorage::raw) {
+    std::ranges::copy(view.pixels, pixels.begin());
+    return {};
+  }
+  thread_local image::ImageDecoder decoder;  // keeps its memory from frame to frame
+  const auto decoded = decoder.decode(view.coded, pixels, view.format);
+  return decoded ? Result<void>{} : decoded.error();
+}
+
 Result<Frame> copy_frame(const FrameView& view, FramePool* frames) {
   if (frames == nullptr) return Error{ErrorCode::invalid_argument, "frames were not asked for (no frame pool)"};
-  if (view.pixels.size() > frames->buffer_bytes()) {
-    return Error{ErrorCode::unsupported, "an image of " + std::to_string(view.pixels.size()) + " bytes in a stream that has " +
+  if (view.pixel_bytes() > frames->buffer_bytes()) {
+    return Error{ErrorCode::unsupported, "an image of " + std::to_string(view.pixel_bytes()) + " bytes in a stream that has " +
                                              std::to_string(frames->buffer_bytes()) + " bytes per image"};
   }
   Frame frame{.width = view.width,
@@ -142,7 +154,7 @@ Result<Frame> copy_frame(const FrameView& view, FramePool* frames) {
               .exposure_duration = view.exposure_duration};
   frame.pixels = frames->acquire();
   if (!frame.pixels) return Error{ErrorCode::busy, "all frame buffers are in use"};
-  std::ranges::copy(view.pixels, frame.pixels.writable_bytes().begin());
+  if (auto taken = take_pixels(view, frame.pixels.writable_bytes()); !taken) return taken.error();
   return frame;
 }
 
@@ -234,6 +246,21 @@ std::span<const std::byte> serialize_head(const Sample& sample, const StreamTabl
   return writer.tail();
 }
 
+std::span<const std::byte> serialize_coded_head(const Sample& sample, const StreamTable& streams,
+                                                std::vector<std::byte>& head) {
+  const auto& frame = std::get<Frame>(sample.payload);
+  ROSEAU_CHECK(frame.coded && frame.coded.format != ImageStorage::raw);
+  head.clear();
+  Writer writer(head);
+  const CompressedImageMessage image{.frame_id = streams.info(sample.header.stream).device,
+                                     .format = std::string(to_string(frame.coded.format)),
+                                     .exposure_duration = frame.exposure_duration,
+                                     .encoding = std::string(to_string(frame.format)),
+                                     .data = frame.coded.bytes()};
+  describe_message(writer, sample.header, image);
+  return writer.tail();
+}
+
 void serialize(const Sample& sample, const StreamTable& streams, std::vector<std::byte>& message) {
   const auto tail = serialize_head(sample, streams, message);
   message.insert(message.end(), tail.begin(), tail.end());
@@ -243,7 +270,7 @@ void serialize_compressed_image(const SampleHeader& header, std::string_view fra
                                 std::span<const std::byte> coded, std::vector<std::byte>& message) {
   message.clear();
   Writer writer(message);
-  const CompressedImageMessage image{std::string(frame_id), std::string(format), coded};
+  const CompressedImageMessage image{.frame_id = std::string(frame_id), .format = std::string(format), .data = coded};
   describe_message(writer, header, image);
   message.insert(message.end(), coded.begin(), coded.end());
 }
@@ -255,10 +282,9 @@ Result<Sample> parse(SampleKind kind, std::span<const std::byte> message, const 
   return sample;
 }
 
-Result<FrameView> parse_frame(std::span<const std::byte> message, const SampleHeader& known) {
-  FrameView view{.header = known};
-  RawImageMessage image;
-  if (auto read = read_message(message, view.header, image); !read) return read.error();
+namespace {
+
+Result<FrameView> view_of(const SampleHeader& header, const RawImageMessage& image) {
   const auto format = pixel_format_from_string(image.encoding);
   if (!format) return format.error();
   const std::size_t size = std::size_t{image.step} * image.height;
@@ -267,13 +293,52 @@ Result<FrameView> parse_frame(std::span<const std::byte> message, const SampleHe
                                          std::to_string(image.width) + "x" + std::to_string(image.height) + " with " +
                                          std::to_string(image.step) + " bytes per row"};
   }
-  view.width = image.width;
-  view.height = image.height;
-  view.stride = image.step;
+  return FrameView{.header = header,
+                   .width = image.width,
+                   .height = image.height,
+                   .stride = image.step,
+                   .format = *format,
+                   .exposure_duration = image.exposure_duration,
+                   .pixels = image.data.first(size)};
+}
+
+Result<FrameView> view_of(const SampleHeader& header, const CompressedImageMessage& image, Duration exposure_duration) {
+  const auto info = image::read_info(image.data);
+  if (!info) return info.error().code == ErrorCode::unsupported ? info.error().with_context(image.format) : info.error();
+  FrameView view{.header = header,
+                 .width = info->width,
+                 .height = info->height,
+                 .stride = static_cast<std::uint32_t>(info->row_bytes()),
+                 .format = info->format,
+                 .exposure_duration = exposure_duration,
+                 .storage = info->coding,
+                 .coded = image.data};
+  if (image.encoding.empty()) return view;  // another program's
+  const auto format = pixel_format_from_string(image.encoding);
+  if (!format) return format.error();
+  if (bytes_per_pixel(*format) != bytes_per_pixel(info->format)) {
+    return Error{ErrorCode::corrupt,
+                 "a " + std::string(to_string(info->format)) + " picture where " + image.encoding + " is said"};
+  }
   view.format = *format;
-  view.exposure_duration = image.exposure_duration;
-  view.pixels = image.data.first(size);
   return view;
+}
+
+}  // namespace
+
+Result<FrameView> parse_frame(std::span<const std::byte> message, const SampleHeader& known) {
+  SampleHeader header = known;
+  RawImageMessage raw;
+  CompressedImageMessage coded;
+  // What both have has the same number; where numbers mean different things, their types differ, but for the names in field 4.
+  Reader reader(message);
+  reader.read([&](Reader& io) {
+    describe_message(io, header, raw);
+    describe_message(io, header, coded);
+  });
+  if (reader.fault()) return *reader.fault();
+  const bool is_coded = !coded.format.empty() || !coded.data.empty();
+  return is_coded ? view_of(header, coded, raw.exposure_duration) : view_of(header, raw);
 }
 
 }  // namespace roseau::schema

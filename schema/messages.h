@@ -29,6 +29,8 @@ struct RawImageMessage {
 struct CompressedImageMessage {
   std::string frame_id;
   std::string format;
+  Duration exposure_duration{0};
+  std::string encoding;
   std::span<const std::byte> data;
 };
 
@@ -446,6 +448,8 @@ void describe_message(Io& io, typename Io::template Ref<SampleHeader> header,
   io.text(3, image.format);
   io.text(4, image.frame_id);
   io.message(kHeaderField, header);
+  io.duration(2001, image.exposure_duration);
+  io.text(2002, image.encoding);
   io.last_bytes(2, image.data);
 }
 

@@ -10,6 +10,7 @@ namespace roseau::schema {
 
 namespace {
 // In the order of SampleKind.
+constexpr std::string_view kCompressedImage = "foxglove.CompressedImage";
 constexpr std::array<std::string_view, kSampleKindCount> kNames = {"roseau.RawBytes",
                                                                    "foxglove.RawImage",
                                                                    "foxglove.CameraCalibration",
@@ -47,11 +48,12 @@ std::string_view schema_name(SampleKind kind) { return kNames.at(static_cast<std
 std::string_view descriptor_set(SampleKind kind) { return schema_of(kind).descriptor_set; }
 
 std::optional<SampleKind> kind_of_schema(std::string_view schema_name) {
+  if (schema_name == kCompressedImage) return SampleKind::frame;
   const auto* found = std::ranges::find(kNames, schema_name);
   if (found == kNames.end()) return std::nullopt;
   return static_cast<SampleKind>(found - kNames.begin());
 }
 
-Schema compressed_image_schema() { return find_schema("foxglove.CompressedImage"); }
+Schema compressed_image_schema() { return find_schema(kCompressedImage); }
 
 }  // namespace roseau::schema

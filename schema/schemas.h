@@ -30,7 +30,8 @@ std::string_view descriptor_set(SampleKind kind);
 /// The kind of sample that a message of this name carries; nothing for messages this program does not know.
 std::optional<SampleKind> kind_of_schema(std::string_view schema_name);
 
-/// foxglove.CompressedImage, for pictures sent to live viewers (conversion.h: serialize_compressed_image). No sample kind.
+/// foxglove.CompressedImage: the other message of frames, where they are stored coded (conversion.h: serialize_coded_head), and
+/// that of small pictures for live viewers. kind_of_schema knows it.
 Schema compressed_image_schema();
 
 }  // namespace roseau::schema

@@ -46,10 +46,14 @@ class Handle {
 
 struct JpegEncoder::State {
   int quality;
+  int transform;
   Handle turbo{tjInitCompress()};
 };
 
-JpegEncoder::JpegEncoder(int quality) : state_(new State{.quality = quality}) { ROSEAU_CHECK(quality >= 1 && quality <= 100); }
+JpegEncoder::JpegEncoder(int quality, Transform transform)
+    : state_(new State{.quality = quality, .transform = transform == Transform::fast ? TJFLAG_FASTDCT : TJFLAG_ACCURATEDCT}) {
+  ROSEAU_CHECK(quality >= 1 && quality <= 100);
+}
 JpegEncoder::~JpegEncoder() = default;
 
 std::size_t JpegEncoder::buffer_bytes(std::uint32_t width, std::uint32_t height, PixelFormat format) {
@@ -73,7 +77,7 @@ Result<std::size_t> JpegEncoder::encode(const PixelView& view, std::span<std::by
   unsigned long size = out.size();
   if (tjCompress2(state_->turbo.get(), bytes_of(view.pixels), static_cast<int>(view.width), static_cast<int>(view.stride),
                   static_cast<int>(view.height), turbo_format(view.format), &buffer, &size, subsampling(view.format),
-                  state_->quality, TJFLAG_ACCURATEDCT | TJFLAG_NOREALLOC) != 0) {
+                  state_->quality, state_->transform | TJFLAG_NOREALLOC) != 0) {
     return state_->turbo.error(ErrorCode::io);
   }
   return static_cast<std::size_t>(size);

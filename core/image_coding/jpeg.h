@@ -1,4 +1,4 @@
-// JPEG by libjpeg-turbo. Encoder and decoder use the exact transform, whose result does not depend on the CPU.
+// JPEG by libjpeg-turbo, the only place that knows it.
 #pragma once
 
 #include <cstddef>
@@ -16,8 +16,10 @@ namespace roseau::image {
 /// Colour at half its resolution, as cameras and browsers have it; grey stays grey.
 class JpegEncoder {
  public:
+  /// The exact transform gives the same bytes on every CPU; the fast one is for pictures that are only looked at.
+  enum class Transform : std::uint8_t { exact, fast };
   /// `quality` from 1 to 100.
-  explicit JpegEncoder(int quality);
+  explicit JpegEncoder(int quality, Transform transform = Transform::exact);
   ~JpegEncoder();
   JpegEncoder(const JpegEncoder&) = delete;
   JpegEncoder& operator=(const JpegEncoder&) = delete;
@@ -36,7 +38,7 @@ class JpegEncoder {
 bool is_jpeg(std::span<const std::byte> coded);
 Result<CodedInfo> read_jpeg_info(std::span<const std::byte> coded);
 
-/// For ImageDecoder.
+/// For ImageDecoder. Exact: the same pixels on every CPU.
 class JpegDecoder {
  public:
   JpegDecoder();

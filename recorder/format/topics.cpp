@@ -14,6 +14,7 @@ namespace roseau::mcap {
 
 namespace {
 
+constexpr std::string_view kAsReceived = "as_received";
 constexpr std::string_view kKindKey = "roseau.kind";
 constexpr std::string_view kRoleKey = "roseau.role";
 constexpr std::string_view kDeviceKey = "roseau.device";
@@ -152,9 +153,26 @@ Result<SessionInfo> session_info_from(const Metadata& metadata) {
   return info;
 }
 
-Schema make_schema(SampleKind kind, std::uint16_t id) {
-  const schema::Schema known = schema::schema_of(kind);
+ImageStorage storage_of(const StreamInfo& stream) {
+  const auto found = stream.metadata.find(std::string(kStorageKey));
+  if (stream.kind != to_string(SampleKind::frame) || found == stream.metadata.end()) return ImageStorage::raw;
+  const auto storage = image_storage_from_string(found->second);
+  return storage ? *storage : ImageStorage::png;
+}
+
+namespace {
+Schema make_schema(const schema::Schema& known, std::uint16_t id) {
   return {id, std::string(known.name), std::string(schema::kEncoding), std::string(known.descriptor_set)};
+}
+}  // namespace
+
+Schema make_schema(SampleKind kind, std::uint16_t id) { return make_schema(schema::schema_of(kind), id); }
+
+Schema make_schema(const StreamInfo& stream, std::uint16_t id) {
+  const auto kind = sample_kind_from_string(stream.kind);
+  ROSEAU_CHECK(kind.has_value());
+  if (storage_of(stream) != ImageStorage::raw) return make_schema(schema::compressed_image_schema(), id);
+  return make_schema(*kind, id);
 }
 
 Channel make_channel(const StreamInfo& stream, std::uint16_t id, std::uint16_t schema_id) {
@@ -189,6 +207,9 @@ Result<StreamInfo> stream_info_from(const Channel& channel, const Schema* schema
     return Error{ErrorCode::unsupported, channel.topic + ": role '" + role_name + "' is not known to this program: left out"};
   }
   stream.role = static_cast<StreamRole>(role - kRoleNames.begin());
+  if (schema_name == schema::compressed_image_schema().name) {
+    stream.metadata.try_emplace(std::string(kStorageKey), kAsReceived);
+  }
   if (!stream.topic.starts_with('/')) stream.topic.insert(0, "/");  // other programs need not begin with one
   return stream;
 }

@@ -54,8 +54,15 @@ Metadata to_metadata(const SessionInfo& info);
 /// Errors: corrupt; unsupported when a newer roseau wrote a schema version that this one would misread.
 Result<SessionInfo> session_info_from(const Metadata& metadata);
 
-/// The schema and channel of a stream. The kind must be one that schema/ knows (a bug otherwise).
+/// How a stream's frames are stored: channel metadata "storage". Absent: raw. Channels of other programs that hold coded
+/// pictures of some kind say "as_received", which counts as png: pictures keep the form they have, others become PNG.
+inline constexpr std::string_view kStorageKey = "storage";
+ImageStorage storage_of(const StreamInfo& stream);
+
+/// The schema and channel of a stream; of frames, that of the storage its metadata say. The kind must be one that schema/ knows
+/// (a bug otherwise).
 Schema make_schema(SampleKind kind, std::uint16_t id);
+Schema make_schema(const StreamInfo& stream, std::uint16_t id);
 Channel make_channel(const StreamInfo& stream, std::uint16_t id, std::uint16_t schema_id);
 
 /// The stream that a channel holds; `schema` null for a schemaless channel. Channels of other programs count as raw, their kind

@@ -10,6 +10,9 @@
 #include <cmath>
 #include <random>
 
+#include "core/image_coding/jpeg.h"
+#include "core/image_coding/png_encoder.h"
+#include "schema/wire.h"
 #include "tests/support/samples.h"
 
 namespace roseau::schema {
@@ -454,10 +457,113 @@ TEST_F(Conversion, CompressedImageIsFoxgloves) {
   serialize_compressed_image(testing::filled_header(SampleKind::frame, streams), "camera0", "jpeg", coded, bytes);
   PeerSchema peer(compressed_image_schema());
   const auto seen = peer.parse(bytes);
-  expect_complete(*seen);
   EXPECT_EQ(to_json(*seen),
             to_json(*peer.from_json("{" + std::string(kTimestamp) + "," + std::string(kHeader) +
                                     R"(,"frame_id":"camera0","format":"jpeg","data":"bm90IHJlYWxseSBhIGpwZWc="})")));
+}
+
+/// A frame of one kind of pixels, with its stored form.
+class CodedFrames : public Conversion {
+ protected:
+  Sample coded_sample(PixelFormat format, ImageStorage storage) {
+    Sample sample{testing::filled_header(SampleKind::frame, streams), testing::filled_frame(frames, 6, 4, 24)};
+    auto& frame = std::get<Frame>(sample.payload);
+    frame.format = format;
+    frame.coded = {.lease = stored.acquire(), .format = storage};
+    const auto out = frame.coded.lease.writable_bytes();
+    const auto view = image::view_of(frame);
+    const auto size =
+        storage == ImageStorage::png ? image::PngEncoder().encode(view, out) : image::JpegEncoder(90).encode(view, out);
+    EXPECT_TRUE(size) << size.error().message;
+    frame.coded.size = *size;
+    return sample;
+  }
+  FramePool frames{4, 96};
+  FramePool stored{4, 16'384};
+};
+
+TEST_F(CodedFrames, ComeBackWithEverythingThatTheFrameHad) {
+  for (const PixelFormat format : {PixelFormat::mono8, PixelFormat::mono16, PixelFormat::bgr8, PixelFormat::rgb8}) {
+    const Sample sample = coded_sample(format, ImageStorage::png);
+    const auto& frame = std::get<Frame>(sample.payload);
+    const auto tail = serialize_coded_head(sample, streams, bytes);
+    EXPECT_EQ(tail.data(), frame.coded.bytes().data());  // not copied
+    bytes.insert(bytes.end(), tail.begin(), tail.end());
+
+    const auto back = parse(SampleKind::frame, bytes, {.stream = sample.header.stream}, streams, &frames);
+    ASSERT_TRUE(back) << back.error().message;
+    EXPECT_EQ(back->header.sequence, sample.header.sequence);
+    EXPECT_EQ(back->header.sample_time, sample.header.sample_time);
+    EXPECT_EQ(back->header.device_time, sample.header.device_time);
+    EXPECT_EQ(back->header.status, sample.header.status);
+    const auto& same = std::get<Frame>(back->payload);
+    EXPECT_EQ(same.format, format);
+    EXPECT_EQ(same.exposure_duration, frame.exposure_duration);
+    ASSERT_EQ(same.width, 6U);
+    ASSERT_EQ(same.height, 4U);
+    const std::size_t row_bytes = 6 * bytes_per_pixel(format);
+    for (std::size_t y = 0; y < 4; ++y) {
+      EXPECT_THAT(same.bytes().subspan(y * same.stride, row_bytes),
+                  ::testing::ElementsAreArray(frame.bytes().subspan(y * frame.stride, row_bytes)));
+    }
+    const auto view = parse_frame(bytes, {});
+    ASSERT_TRUE(view);
+    EXPECT_EQ(view->storage, ImageStorage::png);
+    EXPECT_EQ(view->coded.size(), frame.coded.size);
+    EXPECT_TRUE(view->pixels.empty());
+    EXPECT_EQ(view->pixel_bytes(), 4 * row_bytes);
+  }
+}
+
+TEST_F(CodedFrames, AreFoxglovesCompressedImages) {
+  const Sample sample = coded_sample(PixelFormat::bgr8, ImageStorage::jpeg);
+  const auto tail = serialize_coded_head(sample, streams, bytes);
+  bytes.insert(bytes.end(), tail.begin(), tail.end());
+  PeerSchema peer(compressed_image_schema());
+  const auto seen = peer.parse(bytes);
+  expect_complete(*seen);
+  const std::string json = to_json(*seen);
+  EXPECT_THAT(json, ::testing::HasSubstr(R"("format":"jpeg")"));
+  EXPECT_THAT(json, ::testing::HasSubstr(R"("encoding":"bgr8")"));
+  EXPECT_THAT(json, ::testing::HasSubstr(R"("exposure_duration":"0.004s")"));
+  EXPECT_THAT(json, ::testing::HasSubstr(R"("frame_id":"camera0")"));
+  EXPECT_EQ(kind_of_schema("foxglove.CompressedImage"), SampleKind::frame);
+}
+
+TEST_F(CodedFrames, OfOtherProgramsAreReadToo) {
+  for (const ImageStorage storage : {ImageStorage::png, ImageStorage::jpeg}) {
+    const Sample sample = coded_sample(PixelFormat::rgb8, storage);
+    const SampleHeader known{.stream = sample.header.stream, .sequence = 42, .arrival_time = host_time_from_ns(6)};
+    // Without roseau's fields, and the data before the rest.
+    const auto coded = std::get<Frame>(sample.payload).coded.bytes();
+    std::vector<std::byte> message;
+    Writer writer(message);
+    writer.bytes(2, coded);
+    writer.text(4, "left");
+    const auto back = parse(SampleKind::frame, message, known, streams, &frames);
+    ASSERT_TRUE(back) << back.error().message;
+    EXPECT_EQ(back->header.sequence, 42U);
+    EXPECT_EQ(std::get<Frame>(back->payload).format, PixelFormat::rgb8);
+    EXPECT_EQ(std::get<Frame>(back->payload).width, 6U);
+  }
+}
+
+TEST_F(CodedFrames, ThatAreBrokenAreErrors) {
+  const Sample sample = coded_sample(PixelFormat::mono8, ImageStorage::png);
+  const auto tail = serialize_coded_head(sample, streams, bytes);
+  std::vector<std::byte> message = bytes;
+  message.insert(message.end(), tail.begin(), tail.end());
+  message[message.size() - 20] ^= std::byte{1};
+  EXPECT_EQ(parse(SampleKind::frame, message, {}, streams, &frames).error().code, ErrorCode::corrupt);
+  message[message.size() - tail.size()] ^= std::byte{1};  // of the signature
+  EXPECT_EQ(parse_frame(message, {}).error().code, ErrorCode::unsupported);
+
+  // The pixels are not those that the message speaks of.
+  Sample other = sample;
+  std::get<Frame>(other.payload).format = PixelFormat::mono16;
+  serialize_coded_head(other, streams, bytes);
+  bytes.insert(bytes.end(), tail.begin(), tail.end());
+  EXPECT_EQ(parse_frame(bytes, {}).error().code, ErrorCode::corrupt);
 }
 
 TEST(Schemas, UnknownMessageNameHasNoKind) { EXPECT_FALSE(kind_of_schema("roseau.Tomorrow")); }

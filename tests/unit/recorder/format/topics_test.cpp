@@ -44,6 +44,32 @@ TEST(Topics, ChannelsOfOtherProgramsAreTakenByTheirSchema) {
   EXPECT_EQ(stream->role, StreamRole::raw);
 }
 
+TEST(Topics, CodedPicturesHaveTheirOwnMessage) {
+  StreamInfo stream{.topic = "/camera0/image", .kind = "frame", .device = "camera0"};
+  EXPECT_EQ(storage_of(stream), ImageStorage::raw);
+  EXPECT_EQ(make_schema(stream, 1).name, "foxglove.RawImage");
+  stream.metadata["storage"] = "raw";
+  EXPECT_EQ(make_schema(stream, 1).name, "foxglove.RawImage");
+  for (const std::string storage : {"png", "jpeg"}) {
+    stream.metadata["storage"] = storage;
+    EXPECT_EQ(to_string(storage_of(stream)), storage);
+    const Schema schema = make_schema(stream, 1);
+    EXPECT_EQ(schema.name, "foxglove.CompressedImage");
+    const auto back = stream_info_from(make_channel(stream, 7, 1), &schema);
+    ASSERT_TRUE(back) << back.error().message;
+    EXPECT_EQ(back->kind, "frame");
+    EXPECT_EQ(back->metadata, stream.metadata);
+  }
+  // Another program's: recorded again as they are.
+  const Schema schema = make_schema(stream, 1);
+  const auto other = stream_info_from({.id = 1, .schema_id = 1, .topic = "/cam", .message_encoding = "protobuf"}, &schema);
+  ASSERT_TRUE(other);
+  EXPECT_EQ(other->metadata.at("storage"), "as_received");
+  EXPECT_NE(storage_of(*other), ImageStorage::raw);
+  // What is no picture has no storage.
+  EXPECT_EQ(storage_of({.topic = "/a", .kind = "wind", .metadata = {{"storage", "png"}}}), ImageStorage::raw);
+}
+
 TEST(Topics, WhatANewerProgramWroteIsNamed) {
   const Schema schema{1, "roseau.LeafArea", "protobuf", ""};
   Channel channel = make_channel(sonic(), 1, 1);
