@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <string>
 
 #include "core/result.h"
@@ -16,6 +17,8 @@ class SampleSink {
   virtual ~SampleSink() = default;
   /// Takes the sample. False: it was dropped because this sink is full (the sink has counted it).
   virtual bool receive(Sample sample) = 0;
+  /// Samples of this stream had to be thrown away on their way here: the sink counts them.
+  virtual void drop(StreamId /*stream*/, std::uint64_t /*count*/) {}
   /// No more samples are coming, or not for a long while: pass on whatever is held back.
   virtual void flush() {}
 };

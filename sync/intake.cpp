@@ -17,12 +17,16 @@ bool Inlet::receive(Sample sample) {
   const StreamId stream = sample.header.stream;
   while (!ring_.try_push(sample)) {
     if (live_ || !wait_for_space()) {
-      intake_.counters_.of(stream).dropped.fetch_add(1, std::memory_order_relaxed);
+      drop(stream, 1);
       return false;
     }
   }
   intake_.wake_consumer();
   return true;
+}
+
+void Inlet::drop(StreamId stream, std::uint64_t count) {
+  intake_.counters_.of(stream).dropped.fetch_add(count, std::memory_order_relaxed);
 }
 
 bool Inlet::wait_for_space() {

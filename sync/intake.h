@@ -28,6 +28,7 @@ class Inlet : public SampleSink {
  public:
   Inlet(Intake& intake, bool live, std::size_t capacity);
   bool receive(Sample sample) override;
+  void drop(StreamId stream, std::uint64_t count) override;
   /// Of sources that may wait: returns when everything received so far is taken and passed on.
   void flush() override;
   /// Of sources that may wait: what is received from now on has nothing to do with what was received before; returns when
