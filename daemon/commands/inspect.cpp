@@ -16,17 +16,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string verdict(const std::filesystem::path& path, const recorder::Verification& found) {
-  std::string text = fmt::format("{}: {}, {} messages, {} bytes\n", path.string(),
-                                 found.problem_count == 0 ? "whole" : fmt::format("{} problems", found.problem_count),
-                                 found.messages, found.bytes);
-  for (const auto& problem : found.problems) text += "  " + problem + "\n";
-  if (found.problem_count > found.problems.size()) {
-    text += fmt::format("  and {} more\n", found.problem_count - found.problems.size());
-  }
-  return text;
-}
-
 }  // namespace
 
 int info_command(const FilesArguments& arguments) {
@@ -50,23 +39,25 @@ int verify_command(const FilesArguments& arguments) {
   int status = kExitOk;
   Json all = Json::array();
   for (const auto& file : arguments.files) {
-    Progress progress("verify");
-    const auto found = recorder::verify_session(file, [&progress](double share) { progress.update(share); });
+    Result<recorder::Verification> found = Error{ErrorCode::io, ""};
+    {
+      Progress progress("verify");
+      found = recorder::verify_session(file, {.progress = [&progress](double share) {
+                                         progress.update(share);
+                                         return true;
+                                       }});
+    }
     if (!found) {
       status = failed(found.error());
       continue;
     }
     if (found->problem_count > 0) status = kExitFailed;
     if (arguments.json) {
-      all.push_back({{"path", file.string()},
-                     {"whole", found->problem_count == 0},
-                     {"bytes", found->bytes},
-                     {"messages", found->messages},
-                     {"attachments", found->attachments},
-                     {"problem_count", found->problem_count},
-                     {"problems", found->problems}});
+      Json one = {{"path", file.string()}};
+      one.update(Json::parse(to_json(*found)));
+      all.push_back(std::move(one));
     } else {
-      fmt::print("{}", verdict(file, *found));
+      fmt::print("{}: {}", file.string(), to_text(*found));
     }
   }
   if (arguments.json) fmt::print("{}\n", (all.size() == 1 ? all.front() : all).dump(2));
