@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,8 @@ struct Case {
 
 /// Where cases may put large files, that they remove again: --dir, else the system's directory for temporary files.
 const std::filesystem::path& work_directory();
+/// --seconds, for cases that run as long as they are told.
+std::optional<double> work_seconds();
 
 /// Each folder's cases register themselves here; main.cpp calls every one of these.
 void add_animation_cases(std::vector<Case>& cases);
@@ -29,6 +32,7 @@ void add_image_cases(std::vector<Case>& cases);
 void add_mechanics_cases(std::vector<Case>& cases);
 void add_pipeline_cases(std::vector<Case>& cases);
 void add_recording_cases(std::vector<Case>& cases);
+void add_soak_cases(std::vector<Case>& cases);
 void add_synthesis_cases(std::vector<Case>& cases);
 void add_tracking_cases(std::vector<Case>& cases);
 void add_wind_cases(std::vector<Case>& cases);

@@ -1,5 +1,7 @@
-// roseau-bench CASE [--json] [--dir DIR]
+// roseau-bench CASE [--json] [--dir DIR] [--seconds S]
 #include <cstdio>
+#include <cstdlib>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,19 +10,22 @@
 namespace {
 
 std::filesystem::path work_directory_of_run = std::filesystem::temp_directory_path();
+std::optional<double> seconds_of_run;
 
 void print_for_people(const nlohmann::ordered_json& figures) {
   for (const auto& [name, value] : figures.items()) std::printf("%-48s %s\n", name.c_str(), value.dump().c_str());
 }
 
 void list(const std::vector<roseau::bench::Case>& cases) {
-  std::fprintf(stderr, "usage: roseau-bench CASE [--json] [--dir DIR]\ncases:\n");
+  std::fprintf(stderr, "usage: roseau-bench CASE [--json] [--dir DIR] [--seconds S]\ncases:\n");
   for (const auto& one : cases) std::fprintf(stderr, "  %-12s %s\n", one.name.c_str(), one.what.c_str());
 }
 
 }  // namespace
 
 const std::filesystem::path& roseau::bench::work_directory() { return work_directory_of_run; }
+
+std::optional<double> roseau::bench::work_seconds() { return seconds_of_run; }
 
 int main(int argc, char** argv) {
   std::vector<roseau::bench::Case> cases;
@@ -31,6 +36,7 @@ int main(int argc, char** argv) {
   roseau::bench::add_mechanics_cases(cases);
   roseau::bench::add_pipeline_cases(cases);
   roseau::bench::add_recording_cases(cases);
+  roseau::bench::add_soak_cases(cases);
   roseau::bench::add_synthesis_cases(cases);
   roseau::bench::add_tracking_cases(cases);
   roseau::bench::add_wind_cases(cases);
@@ -43,6 +49,8 @@ int main(int argc, char** argv) {
       json = true;
     } else if (argument == "--dir" && i + 1 < argc) {
       work_directory_of_run = argv[++i];
+    } else if (argument == "--seconds" && i + 1 < argc) {
+      seconds_of_run = std::atof(argv[++i]);
     } else if (wanted.empty() && !argument.starts_with("-")) {
       wanted = argument;
     } else {

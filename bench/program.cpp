@@ -25,8 +25,10 @@ void Workplace::clear_recordings() const {
   std::filesystem::create_directories(path_ / "recordings");
 }
 
+std::string program_path() { return (std::filesystem::read_symlink("/proc/self/exe").parent_path() / "roseau").string(); }
+
 Result<nlohmann::json> run_program(const Workplace& place, std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), (std::filesystem::read_symlink("/proc/self/exe").parent_path() / "roseau").string());
+  arguments.insert(arguments.begin(), program_path());
   testing::Process process(arguments, place.path());
   const int status = process.wait(std::chrono::seconds(600));
   auto json = nlohmann::json::parse(process.out(), nullptr, false);

@@ -28,6 +28,9 @@ class Workplace {
   std::filesystem::path path_;
 };
 
+/// `roseau` of the same build.
+std::string program_path();
+
 /// `roseau` with these arguments, of the same build; what it printed with --json. Error: its status and what it said.
 Result<nlohmann::json> run_program(const Workplace& place, std::vector<std::string> arguments);
 

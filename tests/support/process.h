@@ -17,6 +17,7 @@ class Process {
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
+  int pid() const { return pid_; }
   void signal(int number) const;
   /// Exit status, or -signal when a signal ended it; -1000 after the time limit (the process is then killed).
   int wait(std::chrono::seconds limit = std::chrono::seconds(100));
