@@ -24,6 +24,7 @@ find_package(ZLIB REQUIRED)  # its crc32_combine
 find_package(CLI11 2.1 REQUIRED)
 pkg_check_modules(SYSTEMD REQUIRED IMPORTED_TARGET libsystemd)
 pkg_check_modules(MATIO REQUIRED IMPORTED_TARGET matio)  # MATLAB files of laser-scanned trees
+pkg_check_modules(NETCDF REQUIRED IMPORTED_TARGET netcdf)  # exported sessions
 find_package(spectra REQUIRED)
 pkg_check_modules(HWY REQUIRED IMPORTED_TARGET libhwy)
 pkg_check_modules(APRILTAG REQUIRED IMPORTED_TARGET apriltag)

@@ -51,6 +51,8 @@ struct AllArguments {
   FilesArguments info;
   FilesArguments verify;
   RecoverArguments recover;
+  CutArguments cut;
+  MergeArguments merge;
   EstimateArguments estimate;
   TreeArguments tree;
 };
@@ -148,6 +150,32 @@ void add_recover(Commands& commands, AllArguments& all) {
   add_json(sub, arguments.json);
 }
 
+void add_part_options(CLI::App* sub, PartArguments& part) {
+  sub->add_option("--from", part.from,
+                  "First time: seconds from the start, UTC (2026-11-22T15:46:08Z) or host ns (123456789012ns)");
+  sub->add_option("--to", part.to, "First time that is no longer wanted");
+  sub->add_option("--for", part.seconds, "Seconds, instead of --from or --to")->check(CLI::PositiveNumber);
+  sub->add_option("--topic", part.topics, "Only these topics; * stands for anything (quote it). May repeat");
+  sub->add_option("--without", part.without, "Not these topics. May repeat");
+}
+
+void add_rewriters(Commands& commands, AllArguments& all) {
+  auto* cut = commands.add("cut", "A part of a session, by time and topic, as a session of its own", all.cut, cut_command);
+  cut->add_option("session", all.cut.file, "Session file (.mcap)")->required();
+  cut->add_option("-o,--output", all.cut.output, "Session file to write (.mcap)")->required();
+  add_part_options(cut, all.cut.part);
+  add_json(cut, all.cut.json);
+
+  auto* merge = commands.add("merge", "The parts of a session, or the sessions of several hosts, into one by corrected time",
+                             all.merge, merge_command);
+  merge->add_option("files", all.merge.files, "Session files; times go onto the first one's axis")->required();
+  merge->add_option("-o,--output", all.merge.output, "Session file to write (.mcap)")->required();
+  merge->add_option("--prefix", all.merge.prefixes,
+                    "In front of a file's colliding topics, instead of its host's name; one per "
+                    "file, in their order");
+  add_json(merge, all.merge.json);
+}
+
 void add_tree(Commands& commands, AllArguments& all) {
   auto& arguments = all.tree;
   auto* sub = commands.add("tree", "Read or grow a tree: its figures, what was mended, glTF", arguments, tree_command);
@@ -191,6 +219,7 @@ int run_command_line(int argc, char** argv) {
   add_import(commands, arguments);
   add_tools(commands, arguments);
   add_recover(commands, arguments);
+  add_rewriters(commands, arguments);
   add_tree(commands, arguments);
   try {
     app.parse(argc, argv);

@@ -90,6 +90,31 @@ struct RecoverArguments {
 };
 int recover_command(const RecoverArguments& arguments);
 
+/// Which part of a session; recorder/tools/selection says what the texts mean.
+struct PartArguments {
+  std::optional<std::string> from;
+  std::optional<std::string> to;
+  std::optional<double> seconds;
+  std::vector<std::string> topics;
+  std::vector<std::string> without;
+};
+
+struct CutArguments {
+  std::filesystem::path file;
+  std::filesystem::path output;
+  PartArguments part;
+  bool json = false;
+};
+int cut_command(const CutArguments& arguments);
+
+struct MergeArguments {
+  std::vector<std::filesystem::path> files;
+  std::filesystem::path output;
+  std::vector<std::string> prefixes;  // by file
+  bool json = false;
+};
+int merge_command(const MergeArguments& arguments);
+
 struct EstimateArguments {
   std::filesystem::path file;
   std::optional<std::filesystem::path> output;
