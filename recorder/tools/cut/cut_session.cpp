@@ -127,9 +127,35 @@ class Cutter {
         for (const auto& [topic, text] : metadata->metadata) note.metadata["source counters " + topic] = text;
         continue;
       }
+      if (metadata->name == mcap::kSessionMetadata) {
+        if (auto written = write_session(*metadata); !written) return written;
+        continue;
+      }
       if (auto written = output_->write(*metadata); !written) return written;
     }
     return output_->write(note);
+  }
+
+  /// As the source says it, with what this file repeats from before its start: who joins cuts leaves it out.
+  Result<void> write_session(const mcap::Metadata& source) {
+    auto info = mcap::session_info_from(source);
+    if (!info) return info.error();
+    const bool has_front = selection_.first_time_ns <= index().statistics.message_start_time_ns;
+    info->repeated_messages = has_front ? wanted_of_front(info->repeated_messages) : 0;
+    info->repeated_messages += static_cast<std::uint32_t>(carried_.size());
+    return output_->write(mcap::to_metadata(*info));
+  }
+
+  /// How many of the first `count` messages of the source are of wanted channels.
+  std::uint32_t wanted_of_front(std::uint32_t count) {
+    std::uint32_t wanted = 0;
+    auto messages = reader_.messages();
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const auto message = messages.next();
+      if (!message || !*message) break;
+      if (selection_.holds_channel((*message)->message.channel_id)) ++wanted;
+    }
+    return wanted;
   }
 
   Result<void> write_carried() {
@@ -141,6 +167,7 @@ class Cutter {
       mcap::Message message = carried->message;
       message.data = carried->data;
       message.log_time_ns = log_time_ns++;
+      output_->count_repeated(message.channel_id);
       if (auto added = output_->add(message); !added) return added;
     }
     report_.carried = in_order.size();

@@ -12,22 +12,19 @@ namespace roseau::recorder {
 
 namespace {
 
-constexpr std::string_view kSessionIdKey = "session_id";
 constexpr std::string_view kHostKey = "host";
 constexpr std::string_view kCivilClock = "utc";  // ClockState::device of a host's clock against civil time
 
-std::string entry(const mcap::SessionInfo& info, std::string_view key) {
+std::string entry_of(const mcap::SessionInfo& info, std::string_view key) {
   const auto found = info.other.find(std::string(key));
   return found == info.other.end() ? "" : found->second;
 }
 
-/// Two parts of one session: the session id says so; files from before there were any have at least the same clock to the
-/// nanosecond, and the same name.
+/// Two parts of one session: the session id says so. Files without one have at least the same clock, to the nanosecond, and say
+/// the same of themselves.
 bool is_same_session(const mcap::SessionInfo& a, const mcap::SessionInfo& b) {
-  const std::string id_a = entry(a, kSessionIdKey);
-  const std::string id_b = entry(b, kSessionIdKey);
-  if (!id_a.empty() || !id_b.empty()) return id_a == id_b;
-  return a.utc_minus_host_time && a.utc_minus_host_time == b.utc_minus_host_time && entry(a, "name") == entry(b, "name");
+  if (!a.session_id.empty() || !b.session_id.empty()) return a.session_id == b.session_id;
+  return !a.other.empty() && a.other == b.other && a.utc_minus_host_time == b.utc_minus_host_time;
 }
 
 /// The host's own record of its clock against civil time; nothing when it made none.
@@ -108,7 +105,7 @@ class Planner {
   std::string unique_host(std::size_t i) {
     const MergeInput& input = plan_.inputs[i];
     std::string host = i < options_.prefixes.size() ? options_.prefixes[i] : "";
-    if (host.empty()) host = entry(input.info, kHostKey);
+    if (host.empty()) host = entry_of(input.info, kHostKey);
     if (host.empty()) host = input.path.stem().string();
     std::ranges::replace(host, '/', '_');
     const std::string name = host;

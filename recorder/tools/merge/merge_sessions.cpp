@@ -196,12 +196,27 @@ class Merger {
       // Counters are counted anew; those of the sources stay to be read, each under its file's name.
       const bool is_counters = metadata->name == mcap::kCountersMetadata;
       if (is_counters) metadata->name = input.path.stem().string() + "/" + metadata->name;
+      if (metadata->name == mcap::kSessionMetadata && is_first) metadata = session_of_all(*metadata);
+      if (!metadata) return metadata.error();
       if (!is_counters && !is_first) metadata->name = name_for(input, metadata->name);
       if (!metadata_.insert({metadata->name, metadata->metadata}).second) continue;
       names_.insert(metadata->name);
       if (auto written = output_->write(*metadata); !written) return written;
     }
     return {};
+  }
+
+  /// The first file's word on the session, now that all of it is in one file.
+  Result<mcap::Metadata> session_of_all(const mcap::Metadata& first) const {
+    auto info = mcap::session_info_from(first);
+    if (!info) return info.error();
+    info->part = 1;
+    info->repeated_messages = 0;
+    std::set<std::size_t> groups{0};
+    for (const MergeInput& input : plan_.inputs) {
+      if (groups.insert(input.group).second && !input.info.session_id.empty()) info->session_id += "+" + input.info.session_id;
+    }
+    return mcap::to_metadata(*info);
   }
 
   Result<void> write_attachments(const MergeInput& input) {

@@ -30,6 +30,7 @@ class MessageCounter {
  public:
   void add_channel(const mcap::Channel& channel, const mcap::Schema* schema);
   void add(const mcap::Message& message);
+  void add_repeated(std::uint16_t channel_id) { ++streams_[channel_id].counters.repeated; }
   mcap::TopicCounters counters() const;
 
  private:
@@ -64,6 +65,8 @@ class SessionOutput {
   Result<void> copy_chunk(std::span<const std::byte> record, const std::map<std::uint16_t, mcap::MessageIndex>& messages);
   /// A message that went out with copy_chunk().
   void count(const mcap::Message& message) { counter_.add(message); }
+  /// One message of this channel, added beside, repeats what an earlier part of the session holds.
+  void count_repeated(std::uint16_t channel_id) { counter_.add_repeated(channel_id); }
 
   /// The counters, the summary, and on disk it is.
   Result<void> finish();

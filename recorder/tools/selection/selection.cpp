@@ -97,15 +97,17 @@ Result<void> select_times(const SelectionOptions& options, const Span& span, Sel
   if (!times) return times.error();
   const HostTime from = times->from.value_or(span.begin);
   const HostTime to = times->to.value_or(span.end + Duration{1});
+  if (from > span.end || to <= span.begin) {
+    return Error{ErrorCode::invalid_argument,
+                 fmt::format("the wanted part, {}, lies outside of the session, which is {}",
+                             times->from ? fmt::format("from {:.3f} s", to_seconds(from - span.begin))
+                                         : fmt::format("to {:.3f} s", to_seconds(to - span.begin)),
+                             span.text())};
+  }
   if (from >= to) {
     return Error{ErrorCode::invalid_argument,
                  fmt::format("nothing lies between --from ({:.3f} s after the session's start) and --to ({:.3f} s)",
                              to_seconds(from - span.begin), to_seconds(to - span.begin))};
-  }
-  if (from > span.end || to <= span.begin) {
-    return Error{ErrorCode::invalid_argument,
-                 fmt::format("{:.3f} s to {:.3f} s after the session's start lies outside of it: the session is {}",
-                             to_seconds(from - span.begin), to_seconds(to - span.begin), span.text())};
   }
   if (times->from) selection.first_time_ns = mcap::log_time_from(*times->from);
   if (times->to) selection.last_time_ns = mcap::log_time_from(*times->to - Duration{1});
