@@ -143,8 +143,7 @@ void add_recover(Commands& commands, AllArguments& all) {
   auto* sub = commands.add("recover", "Make a cut or damaged session whole again, and say exactly what is lost", arguments,
                            recover_command);
   sub->add_option("session", arguments.file, "Session file (.mcap); it is only read")->required();
-  auto* output =
-      sub->add_option("-o,--output", arguments.output, "File to write (default: SESSION.recovered.mcap beside it)");
+  auto* output = sub->add_option("-o,--output", arguments.output, "File to write (default: SESSION.recovered.mcap beside it)");
   sub->add_flag("--in-place", arguments.in_place, "Give the file itself its missing end; torn bytes go to SESSION.mcap.torn")
       ->excludes(output);
   add_json(sub, arguments.json);

@@ -211,7 +211,7 @@ class Cutter {
     if (block.is_chunk && all_kept_ && knows_all) {
       ++report_.chunks_copied;
       for (const auto& message : kept_) output_->count(message);
-      return output_->copy_chunk(stored_, places_);
+      return output_->copy_chunk(chunk_, *records);
     }
     ++report_.chunks_rebuilt;
     for (const auto& message : kept_) {
@@ -231,13 +231,13 @@ class Cutter {
     if (!record) return record.error();
     const auto* chunk = std::get_if<mcap::Chunk>(&*record);
     if (chunk == nullptr) return Error{ErrorCode::corrupt, "there is no chunk where the index says"};
-    return mcap::chunk_records(*chunk, decompressed_, {});
+    chunk_ = *chunk;
+    return mcap::chunk_records(chunk_, decompressed_, {});
   }
 
-  /// The wanted messages, where they are, and whether they are all.
+  /// The wanted messages, and whether they are all.
   Result<void> walk(std::span<const std::byte> records) {
     kept_.clear();
-    places_.clear();
     all_kept_ = true;
     std::uint64_t position = 0;
     while (true) {
@@ -253,9 +253,6 @@ class Cutter {
         continue;
       }
       kept_.push_back(message);
-      mcap::MessageIndex& entries = places_[message.channel_id];
-      entries.channel_id = message.channel_id;
-      entries.entries.emplace_back(message.log_time_ns, (*place)->offset);
     }
   }
 
@@ -284,7 +281,7 @@ class Cutter {
   std::vector<std::byte> stored_;
   std::vector<std::byte> decompressed_;
   std::vector<mcap::Message> kept_;
-  std::map<std::uint16_t, mcap::MessageIndex> places_;
+  mcap::Chunk chunk_;  // a view of stored_
   bool all_kept_ = true;
 };
 

@@ -3,6 +3,8 @@
 #include <system_error>
 #include <utility>
 
+#include "recorder/format/chunk_content.h"
+#include "recorder/format/crc32.h"
 #include "schema/conversion.h"
 #include "schema/recorded_header.h"
 
@@ -95,13 +97,12 @@ Result<void> SessionOutput::flush(mcap::ChunkBuilder& chunk) {
   return written;
 }
 
-Result<void> SessionOutput::copy_chunk(std::span<const std::byte> record,
-                                       const std::map<std::uint16_t, mcap::MessageIndex>& messages) {
+Result<void> SessionOutput::copy_chunk(const mcap::Chunk& chunk, std::span<const std::byte> records) {
   // What was gathered before comes before it.
-  for (mcap::ChunkBuilder* chunk : {&pictures_, &small_}) {
-    if (auto written = flush(*chunk); !written) return written;
+  for (mcap::ChunkBuilder* gathered : {&pictures_, &small_}) {
+    if (auto written = flush(*gathered); !written) return written;
   }
-  return writer_.copy_chunk(record, messages);
+  return writer_.copy(chunk, mcap::crc32(0, chunk.records), mcap::chunk_content(records));
 }
 
 Result<void> SessionOutput::finish() {

@@ -61,8 +61,8 @@ class SessionOutput {
 
   /// Copies the message into a chunk with its like: pictures apart, as in every session.
   Result<void> add(const mcap::Message& message);
-  /// A chunk as another file has it (Writer::copy_chunk). Tell its messages to count().
-  Result<void> copy_chunk(std::span<const std::byte> record, const std::map<std::uint16_t, mcap::MessageIndex>& messages);
+  /// A chunk as another file has it, not compressed anew; `records` are what it holds. Tell its messages to count().
+  Result<void> copy_chunk(const mcap::Chunk& chunk, std::span<const std::byte> records);
   /// A message that went out with copy_chunk().
   void count(const mcap::Message& message) { counter_.add(message); }
   /// One message of this channel, added beside, repeats what an earlier part of the session holds.
