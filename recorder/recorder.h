@@ -121,9 +121,11 @@ struct RecorderState {
   std::uint64_t session_bytes = 0;    // written to all parts since open()
   std::uint32_t parts_finishing = 0;  // left behind by a split, not yet closed
   /// Why the last wish to split was not fulfilled: the next file could not be made, recording goes on in the present one.
-  /// Tried again every second. `state` is degraded and `message` says it too while it lasts, though nothing is lost.
+  /// Tried again after a sync interval. `state` is degraded and `message` says it too while it lasts, though nothing is lost.
   std::string split_problem;
 };
+
+class WriterThread;
 
 /// open and close by one thread; record, receive and state by any.
 class Recorder : public SampleSink {
@@ -142,8 +144,8 @@ class Recorder : public SampleSink {
   /// ignored: true. `log_time` is the order in which a replay feeds the samples: the sequencer's numbering.
   bool record(const Sample& sample, HostTime log_time);
 
-  /// The same, but waits while the queue is full, whatever the options say. For samples that were kept back before: a burst that
-  /// may take as long as it needs. False: a write has failed, or the file is being closed.
+  /// The same, but waits while the queue is full, whatever the options say. For samples that were kept back before: a burst
+  /// that may take as long as it needs. False: a write has failed, or the file is being closed.
   bool record_waiting(const Sample& sample, HostTime log_time);
 
   /// For sources without a sequencer (import, simulation), one thread at a time: the log time is the arrival time made strictly
@@ -163,12 +165,11 @@ class Recorder : public SampleSink {
 
  private:
   struct Shared;
-  class FileThread;
   Error already_open() const;
   StreamTable& streams_;
   RecorderOptions options_;
   std::unique_ptr<Shared> shared_;
-  std::unique_ptr<FileThread> file_;
+  std::unique_ptr<WriterThread> writer_;
   HostTime last_received_{Duration::min()};
 };
 

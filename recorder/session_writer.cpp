@@ -9,14 +9,17 @@
 namespace roseau::recorder {
 
 SessionWriter::SessionWriter(mcap::Writable& out, const StreamTable& streams, const RecorderOptions& options)
-    : writer_(out), streams_(streams), options_(options) {}
+    : out_(out), writer_(out), streams_(streams), options_(options) {}
 
-Result<void> SessionWriter::begin(const SessionDescription& description) {
+Result<void> SessionWriter::begin(const SessionDescription& description, const PartHead& head) {
   if (auto begun = writer_.begin({"x-roseau", "roseau " + description.program_version}); !begun) return begun;
   mcap::SessionInfo info{.schema_version = schema::kSchemaVersion,
                          .program_version = description.program_version,
                          .utc_minus_host_time = description.utc_minus_host_time,
-                         .other = description.other};
+                         .other = description.other,
+                         .session_id = head.session_id,
+                         .part = head.part,
+                         .repeated_messages = static_cast<std::uint32_t>(head.repeated.size())};
   if (auto written = writer_.write(to_metadata(info)); !written) return written;
   const std::pair<std::string_view, const std::string&> texts[] = {{mcap::kConfigAttachment, description.config_text},
                                                                    {mcap::kSiteAttachment, description.site_text}};
@@ -26,7 +29,10 @@ Result<void> SessionWriter::begin(const SessionDescription& description) {
         .name = std::string(name), .media_type = std::string(mcap::kTomlMediaType), .data = std::as_bytes(std::span(text))};
     if (auto written = writer_.write(attachment); !written) return written;
   }
-  return {};
+  for (const Sample& sample : head.repeated) {
+    if (auto added = add(sample, sample.header.arrival_time, 0); !added) return added;
+  }
+  return flush();  // they are the first messages of the file
 }
 
 Result<std::uint16_t> SessionWriter::schema_id_of(SampleKind kind) {
@@ -81,9 +87,36 @@ Result<void> SessionWriter::write(OpenChunk& open) {
   if (open.chunk.empty()) return {};
   if (auto written = writer_.write(open.chunk); !written) return written;
   written_.budget_bytes += open.held.budget_bytes;
-  for (const auto& [stream, count] : open.held.samples) written_.samples[stream] += count;
+  appended_.push_back({writer_.bytes_written(), std::move(open.held.samples)});
   clear(open);
   return {};
+}
+
+Written SessionWriter::take_written() {
+  const std::uint64_t reached = out_.written();
+  for (; !appended_.empty() && appended_.front().end <= reached; appended_.pop_front()) {
+    for (const auto& [stream, count] : appended_.front().samples) written_.samples[stream] += count;
+  }
+  return std::exchange(written_, {});
+}
+
+std::uint64_t SessionWriter::bytes_with(const Sample& sample) {
+  // Beside the messages themselves: their heads and index entries, a checkpoint, and the counters at the end.
+  constexpr std::uint64_t kPerMessage = 64;
+  constexpr std::uint64_t kPerChunk = 512;
+  constexpr std::uint64_t kPerStream = 2048;
+  std::uint64_t bytes = writer_.bytes_written() + writer_.end_bytes() + kPerStream * (streams_.size() + 1);
+  for (const OpenChunk* open : {&images_, &small_}) {
+    bytes += open->chunk.uncompressed_bytes() + kPerChunk + kPerMessage * (open->chunk.message_count() + 1);
+  }
+  const StreamId stream = sample.header.stream;
+  if (stream >= channel_ids_.size() || !channel_ids_[stream]) {  // written twice: before the first message, and in the summary
+    const StreamInfo& info = streams_.info(stream);
+    for (const auto& [key, value] : info.metadata) bytes += 2 * (8 + key.size() + value.size());
+    if (!schema_ids_.contains(sample.kind())) bytes += 2 * mcap::make_schema(sample.kind(), 1).data.size();
+  }
+  const auto pixels = schema::serialize_head(sample, streams_, head_);
+  return bytes + head_.size() + pixels.size();
 }
 
 void SessionWriter::clear(OpenChunk& open) {
@@ -108,16 +141,22 @@ Result<void> SessionWriter::flush_older() {
   return {};
 }
 
-Result<void> SessionWriter::checkpoint(const mcap::TopicCounters& counters) {
-  return writer_.write_private(mcap::kCheckpointOpcode, mcap::to_metadata(counters));
+Result<void> SessionWriter::checkpoint(const mcap::Metadata& counters) {
+  return writer_.write_private(mcap::kCheckpointOpcode, counters);
 }
 
-Result<void> SessionWriter::finish(const mcap::TopicCounters& counters) {
-  if (auto written = writer_.write(mcap::to_metadata(counters)); !written) return written;
+Result<void> SessionWriter::finish(const mcap::Metadata& counters) {
+  if (auto written = writer_.write(counters); !written) return written;
   return writer_.finish();
 }
 
 void SessionWriter::abandon() {
+  const std::uint64_t reached = out_.written();
+  std::erase_if(appended_, [&](const Appended& chunk) {
+    if (chunk.end <= reached) return false;
+    for (const auto& [stream, count] : chunk.samples) written_.lost[stream] += count;
+    return true;
+  });
   for (OpenChunk* open : {&images_, &small_}) {
     written_.budget_bytes += open->held.budget_bytes;
     for (const auto& [stream, count] : open->held.samples) written_.lost[stream] += count;

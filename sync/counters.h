@@ -16,13 +16,20 @@ struct StreamCounts {
   std::atomic<std::uint64_t> received{0};
   std::atomic<std::uint64_t> recorded{0};
   std::atomic<std::uint64_t> dropped{0};
+  std::atomic<std::uint64_t> dropped_intake{0};  // of those: before the sequencer, whose ring was full
   std::atomic<std::uint64_t> gaps{0};
   std::atomic<std::uint64_t> bad{0};
   std::atomic<std::uint64_t> late{0};
   std::atomic<std::int64_t> last_arrival_ns{0};
 
   StreamCounters snapshot() const {
-    return {received.load(), recorded.load(), dropped.load(), gaps.load(), bad.load(), late.load()};
+    return {.received = received.load(),
+            .recorded = recorded.load(),
+            .dropped = dropped.load(),
+            .gaps = gaps.load(),
+            .bad = bad.load(),
+            .late = late.load(),
+            .dropped_intake = dropped_intake.load()};
   }
 };
 

@@ -26,7 +26,9 @@ bool Inlet::receive(Sample sample) {
 }
 
 void Inlet::drop(StreamId stream, std::uint64_t count) {
-  intake_.counters_.of(stream).dropped.fetch_add(count, std::memory_order_relaxed);
+  StreamCounts& counts = intake_.counters_.of(stream);
+  counts.dropped.fetch_add(count, std::memory_order_relaxed);
+  counts.dropped_intake.fetch_add(count, std::memory_order_relaxed);
 }
 
 bool Inlet::wait_for_space() {

@@ -7,6 +7,13 @@
 
 namespace roseau::mcap {
 
+namespace {
+
+/// More than any record of the summary has, besides what is of any length in it; of a channel with its entry in the statistics.
+constexpr std::uint64_t kIndexBytes = 96;
+
+}  // namespace
+
 Result<void> Writer::append(std::span<const std::byte> bytes) {
   const std::span<const std::byte> parts[] = {bytes};
   if (auto appended = out_.append(parts); !appended) return appended;
@@ -32,12 +39,15 @@ Result<void> Writer::begin(const Header& header) {
 void Writer::remember(const Schema& schema) {
   if (!schema_ids_.insert(schema.id).second) return;
   schemas_.push_back(schema);
+  end_bytes_ += kIndexBytes + schema.name.size() + schema.encoding.size() + schema.data.size();
   ++statistics_.schema_count;
 }
 
 void Writer::remember(const Channel& channel) {
   if (!channel_ids_.insert(channel.id).second) return;
   channels_.push_back(channel);
+  end_bytes_ += kIndexBytes + channel.topic.size() + channel.message_encoding.size();
+  for (const auto& [key, value] : channel.metadata) end_bytes_ += 8 + key.size() + value.size();
   ++statistics_.channel_count;
 }
 
@@ -73,6 +83,7 @@ Result<void> Writer::write(const Attachment& attachment) {
   ++statistics_.attachment_count;
   attachment_indexes_.push_back({offset, position_ - offset, attachment.log_time_ns, attachment.create_time_ns,
                                  attachment.data.size(), attachment.name, attachment.media_type});
+  end_bytes_ += kIndexBytes + attachment.name.size() + attachment.media_type.size();
   return {};
 }
 
@@ -81,6 +92,7 @@ Result<void> Writer::write(const Metadata& metadata) {
   if (auto written = write_record(metadata); !written) return written;
   ++statistics_.metadata_count;
   metadata_indexes_.push_back({offset, position_ - offset, metadata.name});
+  end_bytes_ += kIndexBytes + metadata.name.size();
   return {};
 }
 
@@ -134,7 +146,9 @@ Result<void> Writer::append_chunk(const StoredChunk& stored, const std::map<std:
   data_crc_ = crc32_combine(data_crc_, stored.crc, stored.bytes);
   data_crc_ = crc32(data_crc_, message_indexes);
   position_ += index.chunk_length + message_indexes.size();
+  end_bytes_ += kIndexBytes + 10 * index.message_index_offsets.size();
   chunk_indexes_.push_back(std::move(index));
+  out_.keep_back(end_bytes_);
   return {};
 }
 

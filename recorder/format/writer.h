@@ -56,6 +56,8 @@ class Writer {
   Result<void> finish();
 
   std::uint64_t bytes_written() const { return position_; }
+  /// What finish() would add, about: never less, but for what is written in between.
+  std::uint64_t end_bytes() const { return end_bytes_; }
   const Statistics& statistics() const { return statistics_; }
 
  private:
@@ -86,6 +88,7 @@ class Writer {
   WriterOptions options_;
   std::uint64_t position_ = 0;
   std::uint32_t data_crc_ = 0;
+  std::uint64_t end_bytes_ = 1024;  // statistics, offsets, footer: below that, but for the counts of channels
   std::vector<std::byte> scratch_;  // reused: small records and chunk heads
   std::vector<std::byte> compressed_;
   Parts parts_;

@@ -338,16 +338,22 @@ TEST_F(RecorderTest, DevFullIsRefusedAtOnce) {
 
 TEST_F(RecorderTest, ACutFileSaysWhatItLacks) {
   const StreamId sonic = add_stream("/sonic/raw", SampleKind::raw_bytes);
-  Recorder recorder(
-      streams, {.sync_interval = 10ms, .upstream_counters = [] {
-                  return mcap::TopicCounters{{"/sonic/raw", {.gaps = 3}}, {"/camera0/image", {.received = 7, .dropped = 7}}};
-                }});
+  // Others count since the program began; the file says what happened since it began.
+  std::atomic<bool> recording{false};
+  const auto upstream = [&] {
+    return recording ? mcap::TopicCounters{{"/sonic/raw", {.gaps = 4}},
+                                           {"/camera0/image", {.received = 9, .dropped = 8, .dropped_intake = 7}}}
+                     : mcap::TopicCounters{{"/sonic/raw", {.gaps = 1}}, {"/camera0/image", {.received = 2, .dropped = 1}}};
+  };
+  Recorder recorder(streams, {.sync_interval = 10ms, .upstream_counters = upstream});
   ASSERT_TRUE(open(recorder));
+  recording = true;
   for (std::uint32_t i = 0; i < 20; ++i) recorder.record(bytes_sample(sonic, i), time(i));
   std::vector<std::byte> cut;
   wait_until([&] {
     cut = disk.contents();
-    return !read(cut)->index().private_records.empty();
+    const auto cut_reader = read(cut);
+    return !cut_reader->index().private_records.empty() && count(*cut_reader, "/sonic/raw") == 20;
   });
   const auto reader = read(cut);
   EXPECT_FALSE(reader->index().complete);
@@ -355,7 +361,9 @@ TEST_F(RecorderTest, ACutFileSaysWhatItLacks) {
   ASSERT_TRUE(counters);
   EXPECT_EQ(counters->at("/sonic/raw").recorded, count(*reader, "/sonic/raw"));
   EXPECT_EQ(counters->at("/sonic/raw").gaps, 3U);
+  EXPECT_EQ(counters->at("/camera0/image").received, 7U);
   EXPECT_EQ(counters->at("/camera0/image").dropped, 7U);
+  EXPECT_EQ(counters->at("/camera0/image").dropped_intake, 7U);
   EXPECT_TRUE(recorder.close());
 }
 
