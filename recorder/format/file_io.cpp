@@ -3,28 +3,23 @@
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
-#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <new>
 #include <utility>
 
 namespace roseau::mcap {
 
 namespace {
 
-constexpr std::uint64_t kReserveStep = 64U << 20U;
+// Each step makes the writes wait for a moment: the longer the recording, the larger.
+constexpr std::uint64_t kLeastReserveStep = 64U << 20U;
+constexpr std::uint64_t kMostReserveStep = 512U << 20U;
 constexpr std::uint64_t kWritebackStep = 8U << 20U;
 constexpr std::size_t kMaxParts = 256;  // per writev; IOV_MAX is 1024
-
-// O_DIRECT wants offsets, sizes and memory in whole blocks: 4096 does for every disk.
-constexpr std::size_t kBlockBytes = 4096;
-constexpr std::size_t kStagingBytes = 1U << 20U;          // stays in the processor's cache
-constexpr std::uint64_t kLeastDirectBytes = 256U << 10U;  // below, the page cache is cheaper
 
 ErrorCode code_of(int error_number) {
   switch (error_number) {
@@ -53,6 +48,8 @@ const char* advice_for(int error_number) {
       return ": your disk quota is used up";
     case EEXIST:
       return ": move it away or choose another name (a session is never overwritten)";
+    case EFBIG:
+      return ": this disk takes no larger files: split the recording, or record to another disk";
     case EROFS:
       return ": was the disk unplugged, or has it errors? See dmesg; record to another disk";
     default:
@@ -100,10 +97,6 @@ FileWritable::~FileWritable() {
   }
 }
 
-void FileWritable::AlignedDelete::operator()(std::byte* bytes) const {
-  ::operator delete[](bytes, std::align_val_t{kBlockBytes});
-}
-
 Error FileWritable::failure(const char* what, int error_number) const { return file_error(what, path_, error_number); }
 
 Result<void> FileWritable::append(Parts parts) {
@@ -111,86 +104,35 @@ Result<void> FileWritable::append(Parts parts) {
   std::uint64_t bytes = 0;
   for (const auto& part : parts) bytes += part.size();
   if (auto reserved = reserve(bytes); !reserved) return reserved;
+  // Only where space is reserved can a write be put off: elsewhere a full disk would be noticed too late for a proper end.
+  if (size_ == 0 && !direct_ && direct_fd_ >= 0 && can_reserve_) {
+    direct_ = std::make_unique<DirectWriter>(fd_, direct_fd_, path_, file_error);
+  }
+  if (direct_) {
+    auto appended = direct_->append(parts);
+    if (appended) size_ += bytes;
+    return appended;
+  }
   const std::uint64_t size_before = size_;
-  const bool direct = direct_fd_ >= 0 && bytes >= kLeastDirectBytes;
-  auto written = direct ? write_direct(parts) : write_parts(parts);
+  auto written = write_parts(parts);
   if (written) {
-    keep_tail(parts, size_before);
     start_writeback();
   } else if (size_ != size_before) {
     take_back(size_before, written.error());
-  } else if (direct && written.error().code == ErrorCode::unsupported) {
-    ::close(std::exchange(direct_fd_, -1));
-    return append(parts);
   }
   return written;
 }
+
+std::uint64_t FileWritable::written() const { return direct_ ? direct_->written() : size_; }
+
+Result<void> FileWritable::flush() { return direct_ ? direct_->flush() : Result<void>{}; }
+
+Result<void> FileWritable::begin_sync() { return direct_ ? direct_->begin_sync() : sync(); }
 
 void FileWritable::take_back(std::uint64_t size_before, const Error& error) {
   const auto end = static_cast<off_t>(size_before);
   if (::ftruncate(fd_, end) != 0 || ::lseek(fd_, end, SEEK_SET) != end) broken_ = error;
   size_ = size_before;
-}
-
-void FileWritable::keep_tail(Parts parts, std::uint64_t size_before) {
-  if (direct_fd_ < 0) return;
-  const std::size_t wanted = size_ % kBlockBytes;
-  if (size_ - size_before < wanted) {  // still the same block
-    for (const auto& part : parts) tail_.insert(tail_.end(), part.begin(), part.end());
-    return;
-  }
-  tail_.resize(wanted);
-  std::size_t missing = wanted;
-  for (std::size_t i = parts.size(); i > 0 && missing > 0; --i) {
-    const auto part = parts[i - 1];
-    const std::size_t used = std::min(missing, part.size());
-    missing -= used;
-    std::ranges::copy(part.last(used), tail_.begin() + static_cast<std::ptrdiff_t>(missing));
-  }
-}
-
-/// Whole blocks directly, beginning with the one that is unfinished so far; the rest through the page cache, so that the file
-/// always has its true size and a crash leaves nothing behind its end.
-Result<void> FileWritable::write_direct(Parts parts) {
-  if (!staging_) {
-    staging_.reset(static_cast<std::byte*>(::operator new[](kStagingBytes, std::align_val_t{kBlockBytes})));
-  }
-  const std::span<std::byte> staging(staging_.get(), kStagingBytes);
-  std::ranges::copy(tail_, staging.begin());
-  std::size_t staged = tail_.size();
-  for (auto part : parts) {
-    while (!part.empty()) {
-      const auto some = part.first(std::min(part.size(), kStagingBytes - staged));
-      std::memcpy(staging.data() + staged, some.data(), some.size());
-      staged += some.size();
-      part = part.subspan(some.size());
-      if (staged < kStagingBytes) continue;
-      if (auto written = write_staged(staged); !written) return written;
-      staged = 0;
-    }
-  }
-  const std::size_t whole = staged - staged % kBlockBytes;
-  if (auto written = write_staged(whole); !written) return written;
-  if (::lseek(fd_, static_cast<off_t>(size_), SEEK_SET) < 0) return failure("cannot write", errno);
-  const std::span<const std::byte> rest[] = {staging.subspan(whole, staged - whole)};
-  return write_parts(rest);
-}
-
-/// The first `bytes` (whole blocks) of the staging buffer, at the last block border before the end.
-Result<void> FileWritable::write_staged(std::size_t bytes) {
-  std::size_t done = 0;
-  const std::uint64_t offset = size_ - size_ % kBlockBytes;
-  while (done < bytes) {
-    const ssize_t written = ::pwrite(direct_fd_, staging_.get() + done, bytes - done, static_cast<off_t>(offset + done));
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0 && errno == EINVAL && done == 0) {
-      return Error{ErrorCode::unsupported, "this file system has O_DIRECT in name only"};
-    }
-    if (written <= 0) return failure("cannot write", written < 0 ? errno : EIO);
-    done += static_cast<std::size_t>(written);
-    size_ = std::max(size_, offset + done);
-  }
-  return {};
 }
 
 Result<void> FileWritable::write_parts(Parts parts) {
@@ -231,16 +173,17 @@ Result<void> FileWritable::write_all(std::span<iovec> parts) {
 }
 
 Result<void> FileWritable::reserve(std::uint64_t bytes) {
-  const std::uint64_t needed = size_ + bytes + (closing_ ? 0 : kReserveBytes);
+  const std::uint64_t needed = size_ + bytes + (closing_ ? 0 : kReserveBytes + end_bytes_);
   if (!can_reserve_ || needed <= reserved_until_) return {};
   // In large steps while there is room, then exactly what is needed.
-  for (const std::uint64_t until : {needed + kReserveStep, needed}) {
+  const std::uint64_t step = std::clamp(size_ / 4, kLeastReserveStep, kMostReserveStep);
+  for (const std::uint64_t until : {needed + step, needed}) {
     const std::uint64_t length = until - reserved_until_;
     if (::fallocate(fd_, FALLOC_FL_KEEP_SIZE, static_cast<off_t>(reserved_until_), static_cast<off_t>(length)) == 0) {
       reserved_until_ = until;
       return {};
     }
-    if (errno != ENOSPC && errno != EDQUOT) {
+    if (errno != ENOSPC && errno != EDQUOT && errno != EFBIG) {
       can_reserve_ = false;  // not a file, or a file system without this: the writes themselves will tell
       return {};
     }
@@ -256,17 +199,18 @@ void FileWritable::start_writeback() {
   writeback_until_ = size_;
 }
 
-/// A file system that became read-only under us (a disk that was unplugged or has errors) may take writes into the page cache
-/// and even say that they were synced: the kernel loses them in silence. So it is asked each time.
 Result<void> FileWritable::sync() {
-  if (::fdatasync(fd_) != 0 && errno != EINVAL) return failure("cannot write", errno);  // EINVAL: not a file that can be synced
-  struct statvfs file_system {};
-  if (::fstatvfs(fd_, &file_system) == 0 && (file_system.f_flag & ST_RDONLY) != 0) return failure("cannot write", EROFS);
+  if (direct_) {
+    if (auto drained = direct_->drain(); !drained) return drained;
+  }
+  if (const int error_number = sync_file(fd_); error_number != 0) return failure("cannot write", error_number);
   return {};
 }
 
 Result<void> FileWritable::close() {
   Result<void> result = sync();
+  if (!result && direct_) size_ = direct_->written();
+  direct_.reset();
   if (can_reserve_ && reserved_until_ > size_ && ::ftruncate(fd_, static_cast<off_t>(size_)) != 0 && result) {
     result = failure("cannot shorten", errno);
   }
