@@ -31,6 +31,7 @@ void add_estimation_cases(std::vector<Case>& cases);
 void add_image_cases(std::vector<Case>& cases);
 void add_mechanics_cases(std::vector<Case>& cases);
 void add_pipeline_cases(std::vector<Case>& cases);
+void add_reading_cases(std::vector<Case>& cases);
 void add_recording_cases(std::vector<Case>& cases);
 void add_soak_cases(std::vector<Case>& cases);
 void add_synthesis_cases(std::vector<Case>& cases);

@@ -35,6 +35,7 @@ int main(int argc, char** argv) {
   roseau::bench::add_image_cases(cases);
   roseau::bench::add_mechanics_cases(cases);
   roseau::bench::add_pipeline_cases(cases);
+  roseau::bench::add_reading_cases(cases);
   roseau::bench::add_recording_cases(cases);
   roseau::bench::add_soak_cases(cases);
   roseau::bench::add_synthesis_cases(cases);

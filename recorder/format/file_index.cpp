@@ -152,7 +152,8 @@ Result<std::optional<FileIndex>> index_from_summary(Readable& in, const Footer& 
 
 class Walk {
  public:
-  Walk(Readable& in, const ReaderOptions& options) : options_(options), records_(in, kMagic.size(), in.size()) {}
+  Walk(Readable& in, const ReaderOptions& options)
+      : options_(options), records_(in, kMagic.size(), in.size(), options.max_record_bytes) {}
 
   Result<FileIndex> run() {
     while (true) {
@@ -199,13 +200,21 @@ class Walk {
     if (opcode == Opcode::attachment) return see_attachment(place);
     const auto record = records_.decode(place);
     if (!record) return record.error();
-    if (const auto* schema = std::get_if<Schema>(&*record)) return index_.catalog.add(*schema);
-    if (const auto* channel = std::get_if<Channel>(&*record)) return index_.catalog.add(*channel);
+    if (const auto* schema = std::get_if<Schema>(&*record)) return define(*schema);
+    if (const auto* channel = std::get_if<Channel>(&*record)) return define(*channel);
     if (const auto* header = std::get_if<Header>(&*record)) index_.header = *header;
     if (const auto* metadata = std::get_if<Metadata>(&*record)) {
       index_.metadata.push_back({place.offset, place.end() - place.offset, metadata->name});
     }
     return {};
+  }
+
+  /// A run of messages ends where a definition is refused: it would cost the messages on both sides.
+  template <class T>
+  Result<void> define(const T& definition) {
+    auto added = index_.catalog.add(definition);
+    if (!added) end_run();
+    return added;
   }
 
   Result<void> see_attachment(const RecordPlace& place) {

@@ -94,6 +94,7 @@ struct OpenBlock {
   std::vector<Entry> entries;  // wanted messages, in order of log time
   std::size_t next = 0;
 
+  std::uint64_t held_bytes() const { return stored.size() + decompressed.size(); }
   auto key() const { return std::tuple(entries[next].log_time_ns, block_offset, entries[next].offset); }
 };
 
@@ -109,6 +110,7 @@ struct MessageCursor::State {
   std::vector<std::unique_ptr<OpenBlock>> open;  // heap by key()
   std::unique_ptr<OpenBlock> spent;              // holds the bytes of the message handed out last
   std::vector<std::unique_ptr<OpenBlock>> free;  // their memory is used again
+  std::uint64_t open_bytes = 0;                  // in `open` and `spent`
 
   bool wanted(const MessageBlock& block) const;
   bool wants_channel(std::uint16_t id) const {
@@ -116,6 +118,7 @@ struct MessageCursor::State {
   }
   Result<void> open_due_blocks();
   Result<void> open_block(const MessageBlock& block);
+  Result<void> check_room(std::uint64_t bytes) const;
   Result<void> load(const MessageBlock& block, OpenBlock& into);
   Result<void> collect(OpenBlock& block);
   void recycle(std::unique_ptr<OpenBlock> block);
@@ -186,8 +189,11 @@ Result<void> MessageCursor::State::open_block(const MessageBlock& block) {
   opened->block_offset = block.offset;
   opened->next = 0;
   opened->entries.clear();
+  opened->stored.clear();
+  opened->decompressed.clear();
   auto loaded = load(block, *opened);
   if (loaded) loaded = collect(*opened);
+  open_bytes += opened->held_bytes();
   if (!loaded || opened->entries.empty()) {
     recycle(std::move(opened));
     return loaded;
@@ -197,10 +203,19 @@ Result<void> MessageCursor::State::open_block(const MessageBlock& block) {
   return {};
 }
 
+/// Whether a block of this size may be opened beside those that are open.
+Result<void> MessageCursor::State::check_room(std::uint64_t bytes) const {
+  const ReaderOptions& options = reader.options_;
+  if (bytes <= options.max_open_bytes && open_bytes <= options.max_open_bytes - bytes) return {};
+  return Error{ErrorCode::unsupported, "too many chunks overlap in time here, or this one is too large"};
+}
+
 Result<void> MessageCursor::State::load(const MessageBlock& block, OpenBlock& into) {
   if (block.length > reader.in_->size() || block.offset > reader.in_->size() - block.length) {
     return Error{ErrorCode::corrupt, "the index points outside of the file"};
   }
+  if (auto fits = check_room(block.length); !fits) return fits;
+  if (block.length > into.stored.capacity()) std::vector<std::byte>().swap(into.stored);
   into.stored.resize(block.length);
   if (auto read = reader.in_->read(block.offset, into.stored); !read) return read;
   into.records = into.stored;
@@ -214,7 +229,9 @@ Result<void> MessageCursor::State::load(const MessageBlock& block, OpenBlock& in
   }
   const auto record = decode((*place)->opcode, std::span(into.stored).subspan(kRecordHeadBytes, (*place)->content_bytes));
   if (!record) return record.error();
-  const auto records = chunk_records(std::get<Chunk>(*record), into.decompressed, reader.options_);
+  const auto& chunk = std::get<Chunk>(*record);
+  if (auto fits = check_room(block.length + (chunk.compression.empty() ? 0 : chunk.uncompressed_size)); !fits) return fits;
+  const auto records = chunk_records(chunk, into.decompressed, reader.options_);
   if (!records) return records.error();
   into.records = *records;
   return {};
@@ -250,7 +267,10 @@ Result<void> MessageCursor::State::collect(OpenBlock& block) {
 
 void MessageCursor::State::recycle(std::unique_ptr<OpenBlock> block) {
   constexpr std::size_t kMostKept = 8;
-  if (free.size() < kMostKept) free.push_back(std::move(block));
+  constexpr std::uint64_t kMostKeptBytes = 32U << 20U;  // each
+  open_bytes -= block->held_bytes();
+  if (free.size() < kMostKept && block->stored.capacity() + block->decompressed.capacity() <= kMostKeptBytes)
+    free.push_back(std::move(block));
 }
 
 }  // namespace roseau::mcap

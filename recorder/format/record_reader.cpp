@@ -49,7 +49,12 @@ Result<std::optional<RecordPlace>> RecordReader::next() {
 
 Result<std::span<const std::byte>> RecordReader::bytes(std::uint64_t offset, std::uint64_t size) {
   ROSEAU_CHECK(offset <= in_.size() && size <= in_.size() - offset);
+  if (size > max_record_bytes_) {
+    return Error{ErrorCode::unsupported, "the record at byte " + std::to_string(offset) + " has " + std::to_string(size) +
+                                             " bytes, more than this program reads at once"};
+  }
   if (size > kWindowBytes) {
+    if (size > large_.capacity()) std::vector<std::byte>().swap(large_);  // nothing in it is to be kept
     large_.resize(size);
     if (auto read = in_.read(offset, large_); !read) return read.error();
     return std::span<const std::byte>(large_);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/result.h"
+#include "recorder/format/chunk_records.h"
 #include "recorder/format/codec.h"
 #include "recorder/format/io.h"
 
@@ -24,14 +25,16 @@ struct RecordPlace {
 
 class RecordReader {
  public:
-  /// Records in [offset, end) of `in`.
-  RecordReader(Readable& in, std::uint64_t offset, std::uint64_t end) : in_(in), position_(offset), end_(end) {}
+  /// Records in [offset, end) of `in`. Records larger than `max_record_bytes` can be passed over and not be read.
+  RecordReader(Readable& in, std::uint64_t offset, std::uint64_t end,
+               std::uint64_t max_record_bytes = ReaderOptions{}.max_record_bytes)
+      : in_(in), position_(offset), end_(end), max_record_bytes_(max_record_bytes) {}
 
   /// The next record, passed over without reading its content; nothing at the end. Errors: truncated (the bytes end in the
   /// middle of a record), corrupt (no record can stand here: opcode 0), or of reading. After an Error there is no next record.
   Result<std::optional<RecordPlace>> next();
 
-  /// `size` bytes of the file, valid until the next call of anything.
+  /// `size` bytes of the file, valid until the next call of anything. Errors: unsupported (too many at once), or of reading.
   Result<std::span<const std::byte>> bytes(std::uint64_t offset, std::uint64_t size);
   Result<std::span<const std::byte>> content(const RecordPlace& place) {
     return bytes(place.content_offset(), place.content_bytes);
@@ -45,6 +48,7 @@ class RecordReader {
   Readable& in_;
   std::uint64_t position_;
   std::uint64_t end_;
+  std::uint64_t max_record_bytes_;
   // Small records come in great number: they are read through a window instead of one by one.
   std::vector<std::byte> window_;
   std::uint64_t window_offset_ = 0;

@@ -35,7 +35,9 @@ Result<void> check_opening_magic(Readable& in) {
 }
 
 StreamReader::StreamReader(Readable& in, ReaderOptions options)
-    : in_(in), options_(options), records_(in, std::min<std::uint64_t>(kMagic.size(), in.size()), in.size()) {}
+    : in_(in),
+      options_(options),
+      records_(in, std::min<std::uint64_t>(kMagic.size(), in.size()), in.size(), options.max_record_bytes) {}
 
 Result<std::optional<Record>> StreamReader::end_here(const Error& error) {
   ended_ = true;
@@ -68,6 +70,7 @@ Result<std::optional<Record>> StreamReader::next() {
 /// Nothing when the record is not for the caller.
 Result<std::optional<Record>> StreamReader::take(const RecordPlace& place) {
   const auto content = records_.content(place);
+  if (!content && content.error().code == ErrorCode::unsupported) return content.error();  // too large: the rest reads
   if (!content) return end_here(content.error());
   if (place.opcode != static_cast<std::uint8_t>(Opcode::data_end) &&
       place.opcode != static_cast<std::uint8_t>(Opcode::footer)) {

@@ -39,7 +39,11 @@ std::array<std::byte, mcap::kRecordHeadBytes> head_bytes(const RecordPlace& plac
 class Verifier {
  public:
   Verifier(mcap::Readable& in, const VerifyOptions& options)
-      : in_(in), options_(options), records_(in, mcap::kMagic.size(), in.size()), streams_(problems_), summary_(problems_) {}
+      : in_(in),
+        options_(options),
+        records_(in, mcap::kMagic.size(), in.size(), options.reader.max_record_bytes),
+        streams_(problems_),
+        summary_(problems_) {}
 
   Result<Verification> run() {
     if (auto magic = mcap::check_opening_magic(in_); !magic) return magic.error();
@@ -71,7 +75,8 @@ class Verifier {
   /// An Error only when reading fails.
   Result<void> see(const RecordPlace& place) {
     const auto content = records_.content(place);
-    if (!content) return content.error();
+    if (!content && content.error().code == ErrorCode::unsupported) problem_at(place, content.error().message);
+    if (!content) return content.error().code == ErrorCode::unsupported ? Result<void>{} : content.error();
     if (std::exchange(is_first_, false) != (place.opcode == code(Opcode::header))) {
       problem_at(place, place.opcode == code(Opcode::header) ? "a second header record"
                                                              : "the file does not begin with a header record");

@@ -63,8 +63,8 @@ RecordScanner::RecordScanner(mcap::Readable& in, std::uint64_t offset, const mca
       position_(offset),
       end_(in.size()),
       search_budget_bytes_(8 * in.size() + (std::uint64_t{256} << 20U)),
-      records_(in, offset, in.size()),
-      probe_(in, offset, in.size()) {}
+      records_(in, offset, in.size(), options.max_record_bytes),
+      probe_(in, offset, in.size(), options.max_record_bytes) {}
 
 Result<mcap::RecordHead> RecordScanner::head(std::uint64_t offset) {
   const auto bytes = probe_.bytes(offset, kRecordHeadBytes);
@@ -121,6 +121,9 @@ Result<RecordScanner::Candidate> RecordScanner::look(std::uint64_t offset) {
   if (place.content_bytes > end_ - offset - kRecordHeadBytes) {
     return Candidate{.reason = "the file ends in the middle of a " + mcap::name_of(place.opcode) +
                                " record, or the length of that is wrong"};
+  }
+  if (place.content_bytes > options_.max_record_bytes) {
+    return Candidate{.reason = "the record is larger than this program reads at once"};
   }
   if (place.opcode == static_cast<std::uint8_t>(Opcode::chunk)) return look_at_chunk(place);
   if (place.opcode == static_cast<std::uint8_t>(Opcode::attachment)) return look_at_attachment(place);
@@ -221,7 +224,8 @@ Result<std::optional<RecordPlace>> RecordScanner::mend_chunk(std::uint64_t offse
   if (name_bytes > kMostCompressionName || crc == 0) return std::optional<RecordPlace>{};
   const auto records = number_at<std::uint64_t>(*front, 32 + name_bytes);
   const std::uint64_t before = kChunkFixedBytes + name_bytes;
-  if (records == 0 || records > end_ - offset - kRecordHeadBytes - before) return std::optional<RecordPlace>{};
+  if (records == 0 || records > options_.max_record_bytes - before || records > end_ - offset - kRecordHeadBytes - before)
+    return std::optional<RecordPlace>{};
   const RecordPlace place{static_cast<std::uint8_t>(Opcode::chunk), offset, before + records};
   const auto matches = crc_matches(place);
   if (!matches) return matches.error();
@@ -230,7 +234,7 @@ Result<std::optional<RecordPlace>> RecordScanner::mend_chunk(std::uint64_t offse
 
 /// Of a chunk or an attachment. One that has no CRC does not match.
 Result<bool> RecordScanner::crc_matches(const RecordPlace& place) {
-  if (place.content_bytes > search_budget_bytes_) return false;
+  if (place.content_bytes > std::min(search_budget_bytes_, options_.max_record_bytes)) return false;
   search_budget_bytes_ -= place.content_bytes;
   const auto content = probe_.bytes(place.content_offset(), place.content_bytes);
   if (!content) return content.error();

@@ -435,7 +435,7 @@ Result<std::uint64_t> Recoverer::save_torn_chunk(const Hole& hole, LostStretch& 
   take_times(torn.head, stretch);
   const std::uint64_t there = hole.bytes - torn.head_bytes;
   const bool is_torn = hole.offset + hole.bytes == in_.size() && there < torn.records_bytes;
-  if (!is_torn || there > options_.reader.max_chunk_bytes) return std::uint64_t{0};
+  if (!is_torn || there > std::min(options_.reader.max_chunk_bytes, options_.reader.max_record_bytes)) return std::uint64_t{0};
   if (!torn.head.compression.empty()) {
     stretch.reason += " (compressed: what is there of it does not read)";
     return std::uint64_t{0};
