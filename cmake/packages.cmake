@@ -20,6 +20,7 @@ pkg_check_modules(LZ4 REQUIRED IMPORTED_TARGET liblz4)
 pkg_check_modules(DEFLATE REQUIRED IMPORTED_TARGET libdeflate)
 pkg_check_modules(SPNG REQUIRED IMPORTED_TARGET spng)  # PNG files of other programs
 find_package(PNG REQUIRED)  # for the benchmark only
+pkg_check_modules(ZIP REQUIRED IMPORTED_TARGET libzip)
 find_package(ZLIB REQUIRED)  # its crc32_combine
 find_package(CLI11 2.1 REQUIRED)
 pkg_check_modules(SYSTEMD REQUIRED IMPORTED_TARGET libsystemd)

@@ -102,20 +102,29 @@ void add_emulate(Commands& commands, AllArguments& all) {
 
 void add_import(Commands& commands, AllArguments& all) {
   auto& arguments = all.import;
-  auto* sub =
-      commands.add("import", "Make a session from videos, sonic files and displacement series", arguments, import_command);
+  auto* sub = commands.add("import", "Make a session from videos, sonic and tracker files and displacement series", arguments,
+                           import_command);
   sub->add_option("-o,--output", arguments.output, "Session file to write (.mcap)")->required();
   sub->add_option("--video", arguments.videos, "[TOPIC=]FILE[@FPS]; once per camera, topics /camera0/image, ... by default");
-  sub->add_option("--sonic", arguments.sonic, "Sonic anemometer file");
-  sub->add_option("--format", arguments.sonic_format, "Of the sonic file: toa5 or csv (default: by its first lines)");
-  sub->add_option("--columns", arguments.columns, "Sonic columns, when not named as usual: u=U,v=V,w=W,temperature=T_SONIC");
+  sub->add_option("--sonic", arguments.sonics, "[NAME=]FILE of a sonic anemometer; may repeat, each with a name then");
+  sub->add_option("--tracker", arguments.trackers, "[NAME=]FILE of a magnetic tracker; may repeat");
+  sub->add_option("--format", arguments.formats,
+                  "Sonic: csv, toa5, tob1, ghg, nmea, trisonica; tracker: fastrak, fastrak_matrices, liberty (default: by "
+                  "looking); once for all, or once per file");
+  sub->add_option("--columns", arguments.columns,
+                  "Sonic columns, when not named as usual: u=U,v=V,w=W,t=T_SONIC,time=TIMESTAMP");
   sub->add_option("--sonic-rate", arguments.sonic_rate_hz, "Hz, when the file has no times")->check(CLI::PositiveNumber);
+  sub->add_option("--tracker-rate", arguments.tracker_rate_hz, "Hz per station, when the file has no times")
+      ->check(CLI::PositiveNumber);
+  sub->add_option("--tracker-unit", arguments.tracker_unit, "inch, cm or m: what the tracker's file counts in");
   sub->add_option("--temperature-unit", arguments.temperature_unit, "kelvin or celsius (default: by the values)");
-  sub->add_option("--north-offset", arguments.north_offset_deg, "Degrees clockwise from north to the sonic's north mark");
+  sub->add_option("--north-offset", arguments.north_offsets_deg,
+                  "Degrees clockwise from north to the sonic's north mark; once for all, or once per sonic");
   sub->add_option("--displacement", arguments.displacements, "[NAME=]FILE of one displacement series; may repeat");
   sub->add_option("--rate", arguments.displacement_rate_hz, "Hz of the displacement series")->check(CLI::PositiveNumber);
   sub->add_option("--unit", arguments.displacement_unit, "Of the displacement: px, m, strain or other");
-  sub->add_option("--start-offset", arguments.start_offset_s, "Seconds by which sonic and displacement start after the video");
+  sub->add_option("--start-offset", arguments.start_offset_s,
+                  "Seconds by which sonic, tracker and displacement start after the video");
   sub->add_option("--site", arguments.site, "Site sheet (TOML) to travel with the session");
   add_json(sub, arguments.json);
 }

@@ -60,16 +60,19 @@ int emulate_command(const EmulateArguments& arguments);
 struct ImportArguments {
   std::filesystem::path output;
   std::vector<std::string> videos;     // [TOPIC=]FILE[@FPS]
-  std::optional<std::string> sonic;    // FILE
-  std::string sonic_format;            // "toa5", "csv"; empty: by looking
-  std::optional<std::string> columns;  // "u=U,v=V,w=W,temperature=T_SONIC,time=TIMESTAMP"
+  std::vector<std::string> sonics;     // [NAME=]FILE
+  std::vector<std::string> trackers;   // [NAME=]FILE
+  std::vector<std::string> formats;    // of sonics and trackers, in their order; one for all of a kind; none: by looking
+  std::optional<std::string> columns;  // "u=U,v=V,w=W,t=T_SONIC,time=TIMESTAMP"
   std::optional<double> sonic_rate_hz;
+  std::optional<double> tracker_rate_hz;
+  std::optional<std::string> tracker_unit;      // "inch", "cm", "m"
   std::optional<std::string> temperature_unit;  // "kelvin", "celsius"
-  double north_offset_deg = 0;
-  std::vector<std::string> displacements;  // [NAME=]FILE
+  std::vector<double> north_offsets_deg;        // in the order of the sonics; one for all
+  std::vector<std::string> displacements;       // [NAME=]FILE
   std::optional<double> displacement_rate_hz;
   std::string displacement_unit = "other";
-  double start_offset_s = 0;  // of the sonic and displacement series against the videos
+  double start_offset_s = 0;  // of the sonic, tracker and displacement series against the videos
   std::optional<std::filesystem::path> site;
   bool json = false;
 };

@@ -1,7 +1,6 @@
 // Any text is either a record with a time for each sample, times strictly increasing, or an error with words.
 #include "core/check.h"
-#include "recorder/tools/import/displacement_file.h"
-#include "recorder/tools/import/sonic_file.h"
+#include "tests/unit/recorder/import/read_record.h"
 
 namespace {
 

@@ -10,21 +10,20 @@ namespace {
 
 const ColumnRequest kX{"x", {"x", "dx", "displacement", "displacement_x", "x_m", "x_px", "strain"}};
 const ColumnRequest kY{"y", {"y", "dy", "displacement_y", "y_m", "y_px"}};
-const ColumnRequest kTime{"time", {"timestamp", "datetime", "date_time", "time"}};
 
 const std::vector<std::string> kQuantities = {"x", "y", "time"};
 
 struct Columns {
   std::size_t x = 0;
   std::optional<std::size_t> y;
-  std::optional<std::size_t> time;
+  std::optional<TimeColumns> time;
 };
 
 bool is_unnamed(const TableHead& head) { return head.columns.front() == "1"; }
 
 Result<Columns> find_columns(const TableHead& head, const std::map<std::string, std::string>& map) {
   Columns columns;
-  const auto time = find_column(head, kTime, map);
+  const auto time = find_time_columns(head, map);
   if (!time) return time.error();
   columns.time = *time;
   if (map.empty() && (head.columns.size() == 1 || (head.columns.size() == 2 && is_unnamed(head)))) {
@@ -40,7 +39,7 @@ Result<Columns> find_columns(const TableHead& head, const std::map<std::string, 
   return columns;
 }
 
-Result<Displacement> read_sample(const TableRows& rows, const Columns& columns, const Displacement& before) {
+Result<Displacement> read_sample(const TableReader& rows, const Columns& columns, const Displacement& before) {
   Displacement sample = before;
   sample.valid = true;
   const auto x = rows.number(columns.x);
@@ -61,52 +60,41 @@ Result<Displacement> read_sample(const TableRows& rows, const Columns& columns, 
   return sample;
 }
 
+class DisplacementRows : public RowMeaning {
+ public:
+  DisplacementRows(Columns columns, LengthUnit unit, StreamInfo info)
+      : columns_(std::move(columns)), unit_(unit), info_(std::move(info)) {
+    before_.unit = unit;
+  }
+
+  void restart() override { before_ = Displacement{.unit = unit_}; }
+  Result<void> read(const TableReader& row, std::vector<Item>& items) override {
+    const auto sample = read_sample(row, columns_, before_);
+    if (!sample) return sample.error();
+    before_ = *sample;
+    items.push_back({.payload = *sample, .status = static_cast<std::uint16_t>(sample->valid ? kStatusOk : kStatusIncomplete)});
+    return {};
+  }
+  std::vector<StreamInfo> streams() const override { return {info_}; }
+  std::vector<std::string> remarks() const override { return {}; }
+
+ private:
+  Columns columns_;
+  LengthUnit unit_;
+  StreamInfo info_;
+  Displacement before_;
+};
+
 }  // namespace
 
-Result<LengthUnit> length_unit_from_string(std::string_view name) {
-  for (const auto unit : {LengthUnit::pixel, LengthUnit::metre, LengthUnit::strain, LengthUnit::other}) {
-    if (to_string(unit) == name) return unit;
-  }
-  return Error{ErrorCode::invalid_argument, fmt::format("unit '{}' is not known: px, m, strain, other", name)};
-}
-
-Result<DisplacementRecord> parse_displacement_file(std::string_view text, const std::string& source_name,
-                                                   const DisplacementFileOptions& options) {
+Result<std::unique_ptr<RowMeaning>> make_displacement_rows(const TableReader& table, const DisplacementFileOptions& options,
+                                                           StreamInfo info, std::optional<TimeColumns>& time) {
   const auto map = parse_column_map(options.columns, kQuantities);
   if (!map) return map.error();
-  const auto head = read_table_head(text, source_name, options.format);
-  if (!head) return head.error();
-  const auto columns = find_columns(*head, *map);
+  auto columns = find_columns(table.head(), *map);
   if (!columns) return columns.error();
-
-  DisplacementRecord record{.has_two_axes = columns->y.has_value()};
-  std::vector<Duration> stamps;
-  Displacement before{.unit = options.unit};
-  TableRows rows(*head);
-  for (auto more = rows.next(); !more || *more; more = rows.next()) {
-    if (!more) return more.error();
-    const auto sample = read_sample(rows, *columns, before);
-    if (!sample) return sample.error();
-    before = *sample;
-    record.samples.push_back(before);
-    if (!before.valid) ++record.invalid_samples;
-    if (!columns->time) continue;
-    const auto stamp = parse_time_stamp(rows.fields()[*columns->time]);
-    if (!stamp) {
-      return Error{ErrorCode::corrupt, fmt::format("{}:{}: column '{}': '{}' is no time", source_name, rows.line(),
-                                                   head->columns[*columns->time], rows.fields()[*columns->time])};
-    }
-    stamps.push_back(*stamp);
-  }
-  if (rows.was_cut()) record.remarks.push_back("the last line is cut short and was left out");
-  if (record.samples.empty()) return Error{ErrorCode::corrupt, source_name + ": no rows"};
-  auto times = place_records(record.samples.size(), stamps, options.rate_hz, source_name);
-  if (!times) return times.error();
-  record.times = std::move(*times);
-  if (record.times.missing_rows > 0)
-    record.remarks.push_back(fmt::format("by its times {} rows are missing", record.times.missing_rows));
-  if (!stamps.empty()) record.begin = stamps.front();
-  return record;
+  time = columns->time;
+  return std::unique_ptr<RowMeaning>(std::make_unique<DisplacementRows>(std::move(*columns), options.unit, std::move(info)));
 }
 
 }  // namespace roseau::recorder

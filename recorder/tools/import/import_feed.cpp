@@ -2,77 +2,25 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <utility>
+
+#include "drivers/camera/file/video_file.h"
+#include "recorder/tools/import/displacement_file.h"
+#include "recorder/tools/import/find_format.h"
+#include "recorder/tools/import/ghg_archive.h"
+#include "recorder/tools/import/log_feed.h"
+#include "recorder/tools/import/sonic_file.h"
+#include "recorder/tools/import/text_table.h"
+#include "recorder/tools/import/tob1.h"
+#include "recorder/tools/import/tracker_file.h"
 
 namespace roseau::recorder {
 
 namespace {
 
 using camera::VideoFile;
-
-Result<std::string> read_text(const std::string& path) {
-  std::error_code error;
-  if (!std::filesystem::exists(path, error)) return Error{ErrorCode::not_found, path + " does not exist: check its path"};
-  if (std::filesystem::is_directory(path, error))
-    return Error{ErrorCode::invalid_argument, path + " is a folder: name a file in it"};
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (!file) return Error{ErrorCode::io, path + " cannot be read: check that you may"};
-  return std::move(text).str();
-}
-
-// A record that lies in memory: anemometer or displacement. `Record` has samples, times, begin, remarks and invalid_samples.
-template <class Record>
-class SeriesFeed : public ImportFeed {
- public:
-  SeriesFeed(Record record, StreamInfo info, std::string path, Duration start_offset)
-      : record_(std::move(record)), info_(std::move(info)), path_(std::move(path)), start_offset_(start_offset) {}
-
-  std::optional<Duration> begin() const override { return record_.begin; }
-  Duration start_offset() const override { return start_offset_; }
-  Result<void> start(HostTime start, StreamTable& streams) override {
-    start_ = start;
-    stream_ = streams.add(info_);
-    return {};
-  }
-  Result<std::optional<HostTime>> next_time() override {
-    if (next_ == record_.samples.size()) return std::optional<HostTime>();
-    return std::optional(start_ + record_.times.since_first[next_]);
-  }
-  Sample take() override {
-    Sample sample;
-    const auto& payload = record_.samples[next_];
-    sample.header.stream = stream_;
-    sample.header.status = payload.valid ? kStatusOk : kStatusIncomplete;
-    sample.header.sequence = static_cast<std::uint32_t>(next_);
-    sample.header.arrival_time = start_ + record_.times.since_first[next_];
-    sample.header.sample_time = sample.header.arrival_time;
-    sample.payload = payload;
-    ++next_;
-    return sample;
-  }
-  std::uint64_t expected_samples() const override { return record_.samples.size(); }
-  ImportReport::Stream describe() const override {
-    return {.topic = info_.topic,
-            .path = path_,
-            .invalid_samples = record_.invalid_samples,
-            .rate_hz = record_.times.rate_hz,
-            .remarks = record_.remarks};
-  }
-
- private:
-  Record record_;
-  StreamInfo info_;
-  std::string path_;
-  Duration start_offset_;
-  HostTime start_;
-  StreamId stream_ = 0;
-  std::size_t next_ = 0;
-};
 
 class VideoFeed : public ImportFeed, private SampleSink {
  public:
@@ -103,13 +51,19 @@ class VideoFeed : public ImportFeed, private SampleSink {
   Sample take() override {
     Sample sample = std::move(*pending_);
     pending_.reset();
+    ++frames_;
     return sample;
   }
-  std::uint64_t expected_samples() const override { return file_->info().announced_frames; }
-  ImportReport::Stream describe() const override {
-    ImportReport::Stream stream{.topic = video_.topic, .path = video_.path, .rate_hz = file_->info().rate_hz};
-    if (!file_->info().warning.empty()) stream.remarks.push_back(file_->info().warning);
-    return stream;
+  double share() const override {
+    const auto announced = file_->info().announced_frames;
+    return announced == 0 ? 1.0 : std::min(1.0, static_cast<double>(frames_) / static_cast<double>(announced));
+  }
+  std::vector<ImportReport::Stream> describe() const override {
+    ImportReport::Stream stream{.topic = video_.topic, .path = video_.path};
+    // Before start() only the topic is known.
+    if (file_) stream.rate_hz = file_->info().rate_hz;
+    if (file_ && !file_->info().warning.empty()) stream.remarks.push_back(file_->info().warning);
+    return {stream};
   }
 
  private:
@@ -121,7 +75,63 @@ class VideoFeed : public ImportFeed, private SampleSink {
   ImportPlan::Video video_;
   std::unique_ptr<VideoFile> file_;
   std::optional<Sample> pending_;
+  std::uint64_t frames_ = 0;
 };
+
+Result<FileReader> open_reader(const std::string& path) {
+  auto source = open_file(path);
+  if (!source) return source.error();
+  return FileReader(std::move(*source), path);
+}
+
+// The archive, or its .data unpacked.
+Result<FileReader> open_ghg(const std::string& path) {
+  auto file = open_reader(path);
+  if (!file) return file;
+  const auto start = file->peek(kZipMark.size());
+  if (!start) return start.error();
+  if (*start != kZipMark) return file;
+  auto member = open_ghg_archive(path);
+  if (!member) return member.error();
+  return FileReader(std::move(*member), path);
+}
+
+Result<std::unique_ptr<TableReader>> open_table(FileReader file, SonicFormat format) {
+  if (format == SonicFormat::tob1) {
+    auto table = Tob1Table::open(std::move(file));
+    if (!table) return table.error();
+    if (auto rewound = (*table)->rewind(); !rewound) return rewound.error();
+    return std::unique_ptr<TableReader>(std::move(*table));
+  }
+  const auto kind = format == SonicFormat::toa5  ? TableFormat::toa5
+                    : format == SonicFormat::ghg ? TableFormat::ghg
+                    : format == SonicFormat::csv ? TableFormat::csv
+                                                 : TableFormat::automatic;
+  auto table = TextTable::open(std::move(file), kind);
+  if (!table) return table.error();
+  return std::unique_ptr<TableReader>(std::move(*table));
+}
+
+// A text log, a file of blocks, or a folder of such files.
+Result<std::unique_ptr<LogReader>> open_trisonica_log(const std::string& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) {
+    std::vector<std::string> paths;
+    for (const auto& entry : std::filesystem::directory_iterator(path, error)) {
+      if (entry.path().extension() == ".bin") paths.push_back(entry.path().string());
+    }
+    if (paths.empty())
+      return Error{ErrorCode::not_found,
+                   path + ": no .bin file in this folder: name the folder that a TriSonica's logger wrote"};
+    return open_block_log(std::move(paths));
+  }
+  auto file = open_reader(path);
+  if (!file) return file.error();
+  const auto start = file->peek(64);
+  if (!start) return start.error();
+  if (looks_like_block_log(*start)) return open_block_log({path});
+  return open_text_log(std::move(*file));
+}
 
 }  // namespace
 
@@ -130,39 +140,78 @@ Result<std::unique_ptr<ImportFeed>> make_feed(const ImportPlan::Video& video) {
 }
 
 Result<std::unique_ptr<ImportFeed>> make_feed(const ImportPlan::Sonic& sonic) {
-  const auto text = read_text(sonic.path);
-  if (!text) return text.error();
-  auto record = parse_sonic_file(*text, sonic.path, sonic.file);
-  if (!record) return record.error();
+  auto format = sonic.file.format;
+  if (format == SonicFormat::automatic) {
+    const auto found = find_sonic_format(sonic.path);
+    if (!found) return found.error();
+    format = *found;
+  }
+  if (format == SonicFormat::trisonica) {
+    auto log = open_trisonica_log(sonic.path);
+    if (!log) return log.error();
+    return make_trisonica_feed(std::move(*log), sonic);
+  }
+  auto file = format == SonicFormat::ghg ? open_ghg(sonic.path) : open_reader(sonic.path);
+  if (!file) return file.error();
+  if (format == SonicFormat::nmea) return make_nmea_feed(open_text_log(std::move(*file)), sonic);
+  auto table = open_table(std::move(*file), format);
+  if (!table) return table.error();
   StreamInfo info{.topic = "/" + sonic.name + "/wind",
                   .kind = std::string(to_string(SampleKind::wind)),
                   .role = StreamRole::raw,
                   .device = sonic.name,
                   .metadata = {{"axes", std::string(to_string(sonic.axes))},
                                {"north_offset_deg", fmt::format("{}", sonic.north_offset_deg)},
-                               {"rate_hz", fmt::format("{}", record->times.rate_hz)},
-                               {"delay_s", "0"},
-                               {"link", "file " + sonic.path}}};
+                               {"delay_s", "0"}}};
   if (!sonic.model.empty()) info.metadata["model"] = sonic.model;
-  return std::unique_ptr<ImportFeed>(
-      std::make_unique<SeriesFeed<SonicRecord>>(std::move(*record), std::move(info), sonic.path, sonic.start_offset));
+  std::optional<TimeColumns> time;
+  auto rows = make_wind_rows(**table, sonic.file, std::move(info), time);
+  if (!rows) return rows.error();
+  return make_table_feed(std::move(*table), std::move(*rows), time, sonic.file.rate_hz, sonic.start_offset, sonic.path);
+}
+
+Result<std::unique_ptr<ImportFeed>> make_feed(const ImportPlan::Tracker& tracker) {
+  auto format = tracker.file.format;
+  if (format == TrackerFormat::automatic) {
+    const auto found = find_tracker_format(tracker.path);
+    if (!found) return found.error();
+    format = *found;
+  }
+  auto file = open_reader(tracker.path);
+  if (!file) return file.error();
+  if (format == TrackerFormat::fastrak) return make_fastrak_feed(std::move(*file), tracker);
+  if (format == TrackerFormat::fastrak_matrices) {
+    constexpr double kUsualRate_hz = 100;
+    auto table = open_matrix_table(std::move(*file));
+    if (!table) return table.error();
+    return make_table_feed(std::move(*table), make_matrix_rows(tracker.name, tracker.file.unit.value_or(TrackerUnit::metre)),
+                           std::nullopt, tracker.file.rate_hz.value_or(kUsualRate_hz), tracker.start_offset, tracker.path);
+  }
+  auto table = open_table(std::move(*file), SonicFormat::csv);
+  if (!table) return table.error();
+  std::optional<TimeColumns> time;
+  auto rows = make_liberty_rows(**table, tracker.name, tracker.file.unit.value_or(TrackerUnit::inch), time);
+  if (!rows) return rows.error();
+  // Rows are kept at the times at which the host polled; a grid would move them.
+  return make_table_feed(std::move(*table), std::move(*rows), time, tracker.file.rate_hz, tracker.start_offset, tracker.path);
 }
 
 Result<std::unique_ptr<ImportFeed>> make_feed(const ImportPlan::DisplacementSeries& displacement) {
-  const auto text = read_text(displacement.path);
-  if (!text) return text.error();
-  auto record = parse_displacement_file(*text, displacement.path, displacement.file);
-  if (!record) return record.error();
+  auto file = open_reader(displacement.path);
+  if (!file) return file.error();
+  auto table = open_table(std::move(*file), SonicFormat::automatic);
+  if (!table) return table.error();
   const std::string name = displacement.name.empty() ? series_name(displacement.path) : displacement.name;
   StreamInfo info{.topic = "/displacement/" + name,
                   .kind = std::string(to_string(SampleKind::displacement)),
                   .role = StreamRole::raw,
                   .device = name,
-                  .metadata = {{"unit", std::string(to_string(displacement.file.unit))},
-                               {"rate_hz", fmt::format("{}", record->times.rate_hz)},
-                               {"link", "file " + displacement.path}}};
-  return std::unique_ptr<ImportFeed>(std::make_unique<SeriesFeed<DisplacementRecord>>(
-      std::move(*record), std::move(info), displacement.path, displacement.start_offset));
+                  .metadata = {{"unit", std::string(to_string(displacement.file.unit))}}};
+  std::optional<TimeColumns> time;
+  auto rows = make_displacement_rows(**table, displacement.file, std::move(info), time);
+  if (!rows) return rows.error();
+  return make_table_feed(std::move(*table), std::move(*rows), time, displacement.file.rate_hz, displacement.start_offset,
+                         displacement.path);
 }
 
 }  // namespace roseau::recorder

@@ -9,7 +9,6 @@
 #include "core/result.h"
 #include "core/sample.h"
 #include "core/stream.h"
-#include "drivers/camera/file/video_file.h"
 #include "recorder/tools/import/import_plan.h"
 #include "recorder/tools/import/import_session.h"
 
@@ -27,14 +26,15 @@ class ImportFeed {
   virtual Result<std::optional<HostTime>> next_time() = 0;
   /// The sample whose time next_time() told.
   virtual Sample take() = 0;
-  /// About how many samples there are.
-  virtual std::uint64_t expected_samples() const = 0;
-  /// Topic, path, rate, invalid samples and remarks; the rest is the caller's.
-  virtual ImportReport::Stream describe() const = 0;
+  /// How much has been handed on, 0 to 1.
+  virtual double share() const = 0;
+  /// Of every stream: topic, path, rate, invalid samples and remarks; the rest is the caller's.
+  virtual std::vector<ImportReport::Stream> describe() const = 0;
 };
 
 Result<std::unique_ptr<ImportFeed>> make_feed(const ImportPlan::Video& video);
 Result<std::unique_ptr<ImportFeed>> make_feed(const ImportPlan::Sonic& sonic);
+Result<std::unique_ptr<ImportFeed>> make_feed(const ImportPlan::Tracker& tracker);
 Result<std::unique_ptr<ImportFeed>> make_feed(const ImportPlan::DisplacementSeries& displacement);
 
 }  // namespace roseau::recorder

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
 #include <filesystem>
@@ -29,7 +30,66 @@ std::optional<std::string> parse_image_topic(std::string_view text) {
   return fmt::format("/{}{}", text, kSuffix);
 }
 
+template <class Value>
+struct Named {
+  Value value;
+  std::string_view name;
+};
+
+constexpr std::array kSonicFormats = {
+    Named{SonicFormat::automatic, "auto"},     Named{SonicFormat::csv, "csv"}, Named{SonicFormat::toa5, "toa5"},
+    Named{SonicFormat::tob1, "tob1"},          Named{SonicFormat::ghg, "ghg"}, Named{SonicFormat::nmea, "nmea"},
+    Named{SonicFormat::trisonica, "trisonica"}};
+constexpr std::array kTrackerFormats = {Named{TrackerFormat::automatic, "auto"}, Named{TrackerFormat::fastrak, "fastrak"},
+                                        Named{TrackerFormat::fastrak_matrices, "fastrak_matrices"},
+                                        Named{TrackerFormat::liberty, "liberty"}};
+constexpr std::array kTrackerUnits = {Named{TrackerUnit::inch, "inch"}, Named{TrackerUnit::centimetre, "cm"},
+                                      Named{TrackerUnit::metre, "m"}};
+constexpr std::array kTemperatureUnits = {Named{TemperatureUnit::automatic, "auto"}, Named{TemperatureUnit::celsius, "celsius"},
+                                          Named{TemperatureUnit::celsius, "C"}, Named{TemperatureUnit::kelvin, "kelvin"},
+                                          Named{TemperatureUnit::kelvin, "K"}};
+constexpr std::array kLengthUnits = {Named{LengthUnit::pixel, "px"}, Named{LengthUnit::metre, "m"},
+                                     Named{LengthUnit::strain, "strain"}, Named{LengthUnit::other, "other"}};
+
+template <class Table, class Value>
+std::string_view name_in(const Table& table, Value value) {
+  for (const auto& entry : table) {
+    if (entry.value == value) return entry.name;
+  }
+  ROSEAU_CHECK(false);
+  return {};
+}
+
+template <class Table>
+auto value_in(const Table& table, std::string_view name, std::string_view what) -> Result<decltype(table[0].value)> {
+  std::string known;
+  for (const auto& entry : table) {
+    if (entry.name == name) return entry.value;
+    known += fmt::format("{}{}", known.empty() ? "" : ", ", entry.name);
+  }
+  return Error{ErrorCode::invalid_argument, fmt::format("{} '{}' is not known: {}", what, name, known)};
+}
+
 }  // namespace
+
+std::string_view to_string(SonicFormat format) { return name_in(kSonicFormats, format); }
+Result<SonicFormat> sonic_format_from_string(std::string_view name) { return value_in(kSonicFormats, name, "format"); }
+std::string_view to_string(TrackerFormat format) { return name_in(kTrackerFormats, format); }
+Result<TrackerFormat> tracker_format_from_string(std::string_view name) { return value_in(kTrackerFormats, name, "format"); }
+std::string_view to_string(TrackerUnit unit) { return name_in(kTrackerUnits, unit); }
+Result<TrackerUnit> tracker_unit_from_string(std::string_view name) { return value_in(kTrackerUnits, name, "unit"); }
+Result<TemperatureUnit> temperature_unit_from_string(std::string_view name) {
+  return value_in(kTemperatureUnits, name, "temperature unit");
+}
+Result<LengthUnit> length_unit_from_string(std::string_view name) { return value_in(kLengthUnits, name, "unit"); }
+
+NamedFile parse_named_file(std::string_view text) {
+  const auto equals = text.find('=');
+  const auto name = text.substr(0, equals);
+  if (equals == std::string_view::npos || name.empty() || !std::ranges::all_of(name, is_name_character))
+    return {std::nullopt, std::string(text)};
+  return {std::string(name), std::string(text.substr(equals + 1))};
+}
 
 Result<ImportPlan::Video> parse_video_argument(std::string_view text, std::size_t index) {
   ImportPlan::Video video{.topic = fmt::format("/camera{}/image", index)};

@@ -1,4 +1,7 @@
-// Carries an import plan out: files in, samples of raw streams out, in order of their times.
+// Carries an import plan out: files in, samples out, in order of their times. Where a file holds what a device sent, these
+// bytes are the raw stream, and what live decoding would make of them follows as the derived one.
+//
+// However long the files are, at most about 1 MB of each is held at a time (frames apart).
 //
 //   StreamTable streams;
 //   auto import = SessionImport::prepare(plan, streams);       // reads and checks everything; nothing is written yet
@@ -28,6 +31,7 @@ struct ImportReport {
     std::string path;
     std::uint64_t samples = 0;
     std::uint64_t invalid_samples = 0;
+    std::uint64_t duplicate_samples = 0;  // the device's last values again, flagged so
     double rate_hz = 0;
     double begin_s = 0;  // since the session's first sample
     double end_s = 0;
@@ -40,9 +44,10 @@ struct ImportReport {
 
 class SessionImport {
  public:
-  /// Parses every text file, opens every video and declares every stream. Error: the first thing that is wrong, naming the
-  /// file.
-  static Result<SessionImport> prepare(const ImportPlan& plan, StreamTable& streams);
+  /// Reads every file but the videos once from end to end, opens every video and declares every stream. Error: the first thing
+  /// that is wrong, naming the file. `progress`: from 0 to 1, by file.
+  static Result<SessionImport> prepare(const ImportPlan& plan, StreamTable& streams,
+                                       const std::function<void(double)>& progress = {});
 
   SessionImport(SessionImport&&) noexcept;
   SessionImport& operator=(SessionImport&&) noexcept;
@@ -59,6 +64,8 @@ class SessionImport {
 
  private:
   struct State;
+  class Counter;
+  ImportReport report() const;
   explicit SessionImport(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };

@@ -46,62 +46,8 @@ std::optional<Duration> parse_seconds(std::string_view text) {
   return from_seconds(seconds);
 }
 
-// The usual interval between neighbours; 0 where there is none.
-Duration typical_interval(const std::vector<Duration>& stamps) {
-  std::vector<Duration> intervals;
-  for (std::size_t i = 1; i < stamps.size(); ++i) intervals.push_back(stamps[i] - stamps[i - 1]);
-  if (intervals.empty()) return Duration{0};
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::ranges::nth_element(intervals, middle);
-  return *middle;
-}
-
-// Stamps are rounded, so the mean over all rows that follow each other closely is better than any one interval.
-double rate_of(const std::vector<Duration>& stamps) {
-  const double typical_s = to_seconds(typical_interval(stamps));
-  if (typical_s <= 0) return 0;
-  double steps = 0;
-  for (std::size_t i = 1; i < stamps.size(); ++i) steps += std::round(to_seconds(stamps[i] - stamps[i - 1]) / typical_s);
-  const double span_s = to_seconds(stamps.back() - stamps.front());
-  const double mean_hz = steps / span_s;
-  // A rate that people set on an instrument is a whole number of hertz, or of seconds. Stamps are rounded, often to 1 ms.
-  const double nice_hz = mean_hz >= 1 ? std::round(mean_hz) : 1 / std::round(1 / mean_hz);
-  const double tolerance = 1e-3 + 1e-3 / span_s;
-  return std::abs(nice_hz / mean_hz - 1) < tolerance ? nice_hz : mean_hz;
-}
-
-Result<RecordTimes> place_by_rate(std::size_t row_count, double rate_hz) {
-  RecordTimes times{.rate_hz = rate_hz};
-  times.since_first.reserve(row_count);
-  for (std::size_t i = 0; i < row_count; ++i) times.since_first.push_back(from_seconds(static_cast<double>(i) / rate_hz));
-  return times;
-}
-
-// Of stamps that all differ.
-Result<RecordTimes> place_by_stamps(const std::vector<Duration>& stamps, std::optional<double> rate_hz,
-                                    const std::string& source_name) {
-  RecordTimes times{.rate_hz = rate_hz.value_or(stamps.size() > 1 ? rate_of(stamps) : 1.0)};
-  times.since_first.reserve(stamps.size());
-  double previous_place = -1;
-  for (std::size_t i = 0; i < stamps.size(); ++i) {
-    const double place = std::round(to_seconds(stamps[i] - stamps.front()) * times.rate_hz);
-    if (place <= previous_place && rate_hz) {
-      return Error{ErrorCode::invalid_argument,
-                   fmt::format("{}: rows {} and {} are closer together than {} Hz: give the rate that its times tell, or none",
-                               source_name, i, i + 1, *rate_hz)};
-    }
-    if (place <= previous_place) {
-      // Too irregular for a grid: the stamps are the times.
-      times.missing_rows = 0;
-      times.since_first.resize(stamps.size());
-      std::ranges::transform(stamps, times.since_first.begin(), [&](Duration stamp) { return stamp - stamps.front(); });
-      return times;
-    }
-    times.missing_rows += static_cast<std::size_t>(place - previous_place - 1);
-    times.since_first.push_back(from_seconds(place / times.rate_hz));
-    previous_place = place;
-  }
-  return times;
+double place_on(const RecordGrid& grid, Duration stamp) {
+  return std::round(to_seconds(stamp - grid.first_stamp.value_or(stamp)) * grid.rate_hz);
 }
 
 }  // namespace
@@ -142,26 +88,114 @@ std::string format_time_stamp(Duration since_1970) {
                      time.minutes().count(), time.seconds().count(), time.subseconds().count());
 }
 
-Result<RecordTimes> place_records(std::size_t row_count, const std::vector<Duration>& stamps, std::optional<double> rate_hz,
-                                  const std::string& source_name) {
-  ROSEAU_CHECK(stamps.empty() || stamps.size() == row_count);
-  if (rate_hz && !(*rate_hz > 0 && *rate_hz < kFastestRate_hz)) {
+void StampSurvey::add(std::optional<Duration> stamp) {
+  ++rows_;
+  if (!stamp) return;
+  ++stamps_;
+  if (!first_) {
+    first_ = stamp;
+  } else {
+    add_interval(*stamp - last_);
+  }
+  last_ = *stamp;
+}
+
+void StampSurvey::add_interval(Duration interval) {
+  if (interval < Duration{0} && !back_row_) back_row_ = rows_;
+  has_equal_ = has_equal_ || interval == Duration{0};
+  if (typical_) {
+    steps_ += typical_->count() > 0 ? std::round(to_seconds(interval) / to_seconds(*typical_)) : 0;
+    return;
+  }
+  intervals_.push_back(interval);
+  if (intervals_.size() == kMostIntervals) settle_typical();
+}
+
+// The usual interval between neighbours; 0 where there is none.
+void StampSurvey::settle_typical() {
+  if (typical_) return;
+  auto sorted = intervals_;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::ranges::nth_element(sorted, middle);
+  typical_ = sorted.empty() ? Duration{0} : *middle;
+  if (*typical_ <= Duration{0}) return;
+  for (const auto interval : intervals_) steps_ += std::round(to_seconds(interval) / to_seconds(*typical_));
+  intervals_.clear();
+}
+
+// Stamps are rounded, so the mean over all rows that follow each other closely is better than any one interval.
+double StampSurvey::rate_of_stamps() const {
+  const double span_s = to_seconds(last_ - *first_);
+  if (!(steps_ > 0) || !(span_s > 0)) return 1.0;
+  const double mean_hz = steps_ / span_s;
+  // A rate that people set on an instrument is a whole number of hertz, or of seconds. Stamps are rounded, often to 1 ms.
+  const double nice_hz = mean_hz >= 1 ? std::round(mean_hz) : 1 / std::round(1 / mean_hz);
+  const double tolerance = 1e-3 + 1e-3 / span_s;
+  return std::abs(nice_hz / mean_hz - 1) < tolerance ? nice_hz : mean_hz;
+}
+
+Result<RecordGrid> StampSurvey::finish(std::optional<double> rate_hz, const std::string& source_name) {
+  if (rows_ == 0) return Error{ErrorCode::corrupt, source_name + ": no rows"};
+  if (rate_hz && !(*rate_hz > 0 && *rate_hz < kFastestRate_hz))
     return Error{ErrorCode::invalid_argument, fmt::format("{}: a rate of {} Hz makes no sense", source_name, *rate_hz)};
+  ROSEAU_CHECK(stamps_ == 0 || stamps_ == rows_);
+  RecordGrid grid{.rows = rows_, .first_stamp = first_};
+  if (stamps_ == 0) {
+    if (!rate_hz)
+      return Error{ErrorCode::invalid_argument, source_name + ": no column with times, so the rate must be given in Hz"};
+    grid.rate_hz = *rate_hz;
+    return grid;
   }
-  if (stamps.empty()) {
-    if (rate_hz) return place_by_rate(row_count, *rate_hz);
-    return Error{ErrorCode::invalid_argument, source_name + ": no column with times, so the rate must be given in Hz"};
-  }
-  if (!std::ranges::is_sorted(stamps)) {
-    const auto back = std::ranges::is_sorted_until(stamps);
-    return Error{ErrorCode::corrupt, fmt::format("{}: the time goes back at row {}", source_name, back - stamps.begin() + 1)};
+  if (back_row_) {
+    return Error{
+        ErrorCode::corrupt,
+        fmt::format("{}: the time goes back at row {}: the logger's clock was set there, so import what lies before and "
+                    "behind as two files",
+                    source_name, *back_row_)};
   }
   // Stamps of whole seconds on a fast record: the rows themselves are all there is to go by.
-  if (std::ranges::adjacent_find(stamps) != stamps.end()) {
-    if (rate_hz) return place_by_rate(row_count, *rate_hz);
-    return Error{ErrorCode::invalid_argument, source_name + ": its times are too coarse to tell the rate: give it in Hz"};
+  if (has_equal_) {
+    if (!rate_hz)
+      return Error{ErrorCode::invalid_argument, source_name + ": its times are too coarse to tell the rate: give it in Hz"};
+    grid.rate_hz = *rate_hz;
+    return grid;
   }
-  return place_by_stamps(stamps, rate_hz, source_name);
+  settle_typical();
+  grid.kind = RecordGrid::Kind::by_stamp;
+  grid.rate_hz = rate_hz.value_or(rate_of_stamps());
+  return grid;
+}
+
+void GridCheck::add(Duration stamp) {
+  ++row_;
+  const double place = place_on(grid_, stamp);
+  if (place <= previous_place_ && !collision_) collision_ = row_;
+  if (place > previous_place_ + 1) grid_.missing_rows += static_cast<std::uint64_t>(place - previous_place_ - 1);
+  previous_place_ = place;
+  last_ = stamp;
+}
+
+Result<RecordGrid> GridCheck::finish(bool rate_was_given, const std::string& source_name) const {
+  if (!collision_) return grid_;
+  if (rate_was_given) {
+    return Error{ErrorCode::invalid_argument,
+                 fmt::format("{}: rows {} and {} are closer together than {} Hz: give the rate that its times tell, or none",
+                             source_name, *collision_ - 1, *collision_, grid_.rate_hz)};
+  }
+  auto grid = grid_;
+  grid.kind = RecordGrid::Kind::as_stamped;
+  grid.missing_rows = 0;
+  const double span_s = to_seconds(last_ - grid.first_stamp.value_or(last_));
+  if (span_s > 0) grid.rate_hz = static_cast<double>(row_ - 1) / span_s;
+  return grid;
+}
+
+Duration RowPlacer::next(std::optional<Duration> stamp) {
+  const auto row = row_++;
+  if (grid_.kind == RecordGrid::Kind::by_rate) return from_seconds(static_cast<double>(row) / grid_.rate_hz);
+  ROSEAU_CHECK(stamp && grid_.first_stamp);
+  if (grid_.kind == RecordGrid::Kind::as_stamped) return *stamp - *grid_.first_stamp;
+  return from_seconds(place_on(grid_, *stamp) / grid_.rate_hz);
 }
 
 }  // namespace roseau::recorder

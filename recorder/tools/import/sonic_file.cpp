@@ -19,8 +19,6 @@ const ColumnRequest kTemperature{
     "t", {"t_sonic", "ts", "tsonic", "sonic_temperature", "sonic_temp", "temp_sonic", "sonictemperature", "t_s"}};
 const ColumnRequest kSpeedOfSound{"c", {"sos", "speed_of_sound", "speedofsound", "sonic_speed"}};
 const ColumnRequest kStatus{"status", {}};  // diagnostics mean too many things to be guessed
-const ColumnRequest kTime{"time", {"timestamp", "datetime", "date_time", "time"}};
-
 const std::vector<std::string> kQuantities = {"u", "v", "w", "t", "c", "status", "time"};
 
 using ColumnMap = std::map<std::string, std::string>;
@@ -32,7 +30,7 @@ struct Columns {
   std::optional<std::size_t> temperature;
   std::optional<std::size_t> speed_of_sound;
   std::optional<std::size_t> status;
-  std::optional<std::size_t> time;
+  std::optional<TimeColumns> time;
 };
 
 Result<Columns> find_columns(const TableHead& head, const ColumnMap& map) {
@@ -47,13 +45,15 @@ Result<Columns> find_columns(const TableHead& head, const ColumnMap& map) {
       {&kW, &columns.w},
       {&kTemperature, &columns.temperature},
       {&kSpeedOfSound, &columns.speed_of_sound},
-      {&kStatus, &columns.status},
-      {&kTime, &columns.time}};
+      {&kStatus, &columns.status}};
   for (const auto& [request, column] : optional_ones) {
     const auto found = find_column(head, *request, map);
     if (!found) return found.error();
     *column = *found;
   }
+  const auto time = find_time_columns(head, map);
+  if (!time) return time.error();
+  columns.time = *time;
   return columns;
 }
 
@@ -66,12 +66,11 @@ std::string describe(const TableHead& head, const Columns& columns) {
   add("t", columns.temperature);
   add("c", columns.speed_of_sound);
   add("status", columns.status);
-  add("time", columns.time);
   return text;
 }
 
 // Puts one row's numbers into a sample. Temperatures stay in the file's unit.
-Result<WindSample> read_sample(const TableRows& rows, const Columns& columns) {
+Result<WindSample> read_sample(const TableReader& rows, const Columns& columns) {
   WindSample sample;
   double status = 0;
   const std::vector<std::pair<std::optional<std::size_t>, double*>> targets = {
@@ -95,78 +94,63 @@ Result<WindSample> read_sample(const TableRows& rows, const Columns& columns) {
   return sample;
 }
 
-Result<Duration> read_time(const TableHead& head, const TableRows& rows, std::size_t column) {
-  const auto text = rows.fields()[column];
-  if (const auto stamp = parse_time_stamp(text)) return *stamp;
-  return Error{ErrorCode::corrupt,
-               fmt::format("{}:{}: column '{}': '{}' is no time; known are seconds and 2019-07-30 12:00:00.05",
-                           head.source_name, rows.line(), head.columns[column], text)};
+// By the file's unit; nothing where it does not say.
+std::optional<bool> says_kelvin(const TableHead& head, std::size_t column) {
+  if (head.units.size() <= column) return std::nullopt;
+  const auto unit = normalised_name(head.units[column]);
+  if (unit == "k" || unit == "kelvin") return true;
+  if (unit.ends_with('c') || unit == "celsius") return false;  // C, degC, deg_C
+  return std::nullopt;
 }
 
-bool says_kelvin(const TableHead& head, std::size_t column, const std::vector<WindSample>& samples) {
-  if (!head.units.empty()) {
-    const auto unit = normalised_name(head.units[column]);
-    if (unit == "k" || unit == "kelvin") return true;
-    if (unit.ends_with('c') || unit == "celsius") return false;  // C, degC, deg_C
+class WindRows : public RowMeaning {
+ public:
+  WindRows(const TableHead& head, Columns columns, TemperatureUnit unit, StreamInfo info)
+      : columns_(std::move(columns)), info_(std::move(info)), description_(describe(head, columns_)) {
+    if (unit != TemperatureUnit::automatic) {
+      is_kelvin_ = unit == TemperatureUnit::kelvin;
+    } else if (columns_.temperature) {
+      is_kelvin_ = says_kelvin(head, *columns_.temperature);
+    }
   }
-  const auto first =
-      std::ranges::find_if(samples, [](const auto& sample) { return std::isfinite(sample.sonic_temperature_celsius); });
-  constexpr double kWarmestCelsius = 150;
-  return first != samples.end() && first->sonic_temperature_celsius > kWarmestCelsius;
-}
 
-void convert_temperatures(const TableHead& head, const Columns& columns, TemperatureUnit unit, SonicRecord& record) {
-  if (!columns.temperature) return;
-  const bool is_kelvin = unit == TemperatureUnit::automatic ? says_kelvin(head, *columns.temperature, record.samples)
-                                                            : unit == TemperatureUnit::kelvin;
-  record.remarks.push_back(fmt::format("sonic temperature taken as {}", is_kelvin ? "kelvin" : "degrees Celsius"));
-  if (!is_kelvin) return;
-  for (auto& sample : record.samples) sample.sonic_temperature_celsius -= kKelvinAtZeroCelsius;
-}
+  Result<void> read(const TableReader& row, std::vector<Item>& items) override {
+    auto sample = read_sample(row, columns_);
+    if (!sample) return sample.error();
+    auto& temperature = sample->sonic_temperature_celsius;
+    constexpr double kWarmestCelsius = 150;
+    if (!is_kelvin_ && std::isfinite(temperature)) is_kelvin_ = temperature > kWarmestCelsius;
+    if (is_kelvin_.value_or(false)) temperature -= kKelvinAtZeroCelsius;
+    items.push_back({.payload = *sample, .status = static_cast<std::uint16_t>(sample->valid ? kStatusOk : kStatusIncomplete)});
+    return {};
+  }
+  std::vector<StreamInfo> streams() const override { return {info_}; }
+  std::vector<std::string> remarks() const override {
+    std::vector<std::string> remarks{description_};
+    if (columns_.temperature)
+      remarks.push_back(
+          fmt::format("sonic temperature taken as {}", is_kelvin_.value_or(false) ? "kelvin" : "degrees Celsius"));
+    return remarks;
+  }
+
+ private:
+  Columns columns_;
+  StreamInfo info_;
+  std::string description_;
+  std::optional<bool> is_kelvin_;  // by the file's units, else by the first value
+};
 
 }  // namespace
 
-Result<TemperatureUnit> temperature_unit_from_string(std::string_view name) {
-  if (name == "auto") return TemperatureUnit::automatic;
-  if (name == "celsius" || name == "C") return TemperatureUnit::celsius;
-  if (name == "kelvin" || name == "K") return TemperatureUnit::kelvin;
-  return Error{ErrorCode::invalid_argument, fmt::format("temperature unit '{}' is not known: auto, celsius, kelvin", name)};
-}
-
-Result<SonicRecord> parse_sonic_file(std::string_view text, const std::string& source_name, const SonicFileOptions& options) {
+Result<std::unique_ptr<RowMeaning>> make_wind_rows(const TableReader& table, const SonicFileOptions& options, StreamInfo info,
+                                                   std::optional<TimeColumns>& time) {
   const auto map = parse_column_map(options.columns, kQuantities);
   if (!map) return map.error();
-  const auto head = read_table_head(text, source_name, options.format);
-  if (!head) return head.error();
-  const auto columns = find_columns(*head, *map);
+  auto columns = find_columns(table.head(), *map);
   if (!columns) return columns.error();
-
-  SonicRecord record;
-  record.remarks.push_back(describe(*head, *columns));
-  std::vector<Duration> stamps;
-  TableRows rows(*head);
-  for (auto more = rows.next(); !more || *more; more = rows.next()) {
-    if (!more) return more.error();
-    const auto sample = read_sample(rows, *columns);
-    if (!sample) return sample.error();
-    record.samples.push_back(*sample);
-    if (!sample->valid) ++record.invalid_samples;
-    if (!columns->time) continue;
-    const auto stamp = read_time(*head, rows, *columns->time);
-    if (!stamp) return stamp.error();
-    stamps.push_back(*stamp);
-  }
-  if (rows.was_cut()) record.remarks.push_back("the last line is cut short and was left out");
-  if (record.samples.empty()) return Error{ErrorCode::corrupt, source_name + ": no rows"};
-  convert_temperatures(*head, *columns, options.temperature_unit, record);
-
-  auto times = place_records(record.samples.size(), stamps, options.rate_hz, source_name);
-  if (!times) return times.error();
-  record.times = std::move(*times);
-  if (record.times.missing_rows > 0)
-    record.remarks.push_back(fmt::format("by its times {} rows are missing", record.times.missing_rows));
-  if (!stamps.empty()) record.begin = stamps.front();
-  return record;
+  time = columns->time;
+  return std::unique_ptr<RowMeaning>(
+      std::make_unique<WindRows>(table.head(), std::move(*columns), options.temperature_unit, std::move(info)));
 }
 
 }  // namespace roseau::recorder

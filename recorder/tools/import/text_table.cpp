@@ -6,7 +6,10 @@
 #include <array>
 #include <cctype>
 #include <charconv>
+#include <iterator>
 #include <limits>
+
+#include "recorder/tools/import/record_times.h"
 
 namespace roseau::recorder {
 
@@ -14,12 +17,8 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t\r";
 constexpr std::size_t kMostHeaderLines = 20;
-
-std::string_view trimmed(std::string_view text) {
-  const auto begin = text.find_first_not_of(kBlanks);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
-}
+constexpr std::size_t kMostGhgHeaderLines = 100;
+constexpr std::string_view kUnitsMark = "DATAU";
 
 // A line keeps its tabs: they may stand for empty fields.
 std::string_view trimmed_line(std::string_view line) {
@@ -32,42 +31,6 @@ std::string_view unquoted(std::string_view text) {
   text = trimmed(text);
   if (text.size() >= 2 && text.front() == '"' && text.back() == '"') text = text.substr(1, text.size() - 2);
   return trimmed(text);
-}
-
-std::string in_lower_case(std::string_view text) {
-  std::string lower(text);
-  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return lower;
-}
-
-// Takes one line off `rest`, without its end.
-std::string_view take_line(std::string_view& rest) {
-  const auto end = rest.find('\n');
-  auto line = rest.substr(0, end);
-  rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
-  if (line.ends_with('\r')) line.remove_suffix(1);
-  return line;
-}
-
-void split(std::string_view line, char separator, std::vector<std::string_view>& fields) {
-  fields.clear();
-  if (separator == ' ') {
-    for (auto rest = trimmed(line); !rest.empty(); rest = trimmed(rest)) {
-      const auto field = rest.substr(0, rest.find_first_of(kBlanks));
-      fields.push_back(field);
-      rest.remove_prefix(field.size());
-    }
-    return;
-  }
-  bool is_quoted = false;
-  std::size_t begin = 0;
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    if (line[i] == '"') is_quoted = !is_quoted;
-    if (line[i] != separator || is_quoted) continue;
-    fields.push_back(unquoted(line.substr(begin, i - begin)));
-    begin = i + 1;
-  }
-  fields.push_back(unquoted(line.substr(begin)));
 }
 
 char find_separator(std::string_view line) {
@@ -97,71 +60,170 @@ std::vector<std::string> numbered_columns(std::size_t count) {
 }
 
 bool is_toa5(std::string_view text) { return text.starts_with("\"TOA5\"") || text.starts_with("TOA5,"); }
+bool is_ghg(std::string_view text) { return text.starts_with("Model:\t") || text.find("\nDATAH\t") != std::string_view::npos; }
 
-// Line 1: station and program; 2: names; 3: units; 4: how each was processed; then the rows.
-Result<TableHead> read_toa5_head(std::string_view text, TableHead head) {
-  std::array<std::string_view, 4> lines;
-  for (auto& line : lines) line = take_line(text);
-  std::vector<std::string_view> fields;
-  split(lines[1], ',', fields);
-  head.columns = to_names(fields);
-  split(lines[2], ',', fields);
-  head.units = to_names(fields);
-  if (trimmed(lines[3]).empty() || head.units.size() != head.columns.size()) {
-    return Error{ErrorCode::truncated,
-                 head.source_name + ": the four header lines of a TOA5 file are not complete: export it again from the logger"};
-  }
-  head.rows = text;
-  head.first_line = lines.size() + 1;
-  return head;
-}
-
-Result<TableHead> read_csv_head(std::string_view text, TableHead head) {
-  std::vector<std::string_view> fields;
-  for (std::size_t line_number = 1; !text.empty() && line_number <= kMostHeaderLines; ++line_number) {
-    head.rows = text;
-    head.first_line = line_number;
-    const auto line = trimmed_line(take_line(text));
-    if (is_comment(line)) continue;
-    head.separator = head.columns.empty() ? find_separator(line) : head.separator;
-    split(line, head.separator, fields);
-    if (has_number(fields, head.separator) || (!head.columns.empty() && is_all_missing(fields, head.separator))) {
-      if (head.columns.empty()) head.columns = numbered_columns(fields.size());
-      return head;
-    }
-    if (head.columns.empty()) {
-      head.columns = to_names(fields);
-    } else if (head.units.empty() && fields.size() == head.columns.size()) {
-      head.units = to_names(fields);
-    }
-  }
-  return Error{ErrorCode::corrupt, fmt::format("{}: no row of numbers in its first {} lines: is this the right file?",
-                                               head.source_name, kMostHeaderLines)};
+// "Ts (K)" -> "K"
+std::string unit_in_name(std::string_view name) {
+  const auto begin = name.find_first_of("([");
+  if (begin == std::string_view::npos) return {};
+  return std::string(name.substr(begin + 1, name.find_first_of(")]", begin) - begin - 1));
 }
 
 }  // namespace
 
-Result<TableFormat> table_format_from_string(std::string_view name) {
-  if (name == "auto") return TableFormat::automatic;
-  if (name == "csv") return TableFormat::csv;
-  if (name == "toa5") return TableFormat::toa5;
-  return Error{ErrorCode::invalid_argument, fmt::format("format '{}' is not known: auto, csv, toa5", name)};
+std::string_view trimmed(std::string_view text) {
+  const auto begin = text.find_first_not_of(kBlanks);
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
 }
 
-std::string TableHead::column_list() const { return fmt::format("{}", fmt::join(columns, ", ")); }
+std::string in_lower_case(std::string_view text) {
+  std::string lower(text);
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower;
+}
 
-Result<TableHead> read_table_head(std::string_view text, std::string source_name, TableFormat format) {
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
-  TableHead head{.source_name = std::move(source_name)};
-  if (text.find_first_not_of(" \t\r\n") == std::string_view::npos)
-    return Error{ErrorCode::corrupt, head.source_name + ": the file is empty"};
-  const bool says_toa5 = is_toa5(text);
-  if (format == TableFormat::toa5 && !says_toa5) {
-    return Error{ErrorCode::corrupt, head.source_name + ":1: no TOA5 file, which would begin with \"TOA5\": try format csv"};
+void split_fields(std::string_view line, char separator, std::vector<std::string_view>& fields) {
+  fields.clear();
+  if (separator == ' ') {
+    for (auto rest = trimmed(line); !rest.empty(); rest = trimmed(rest)) {
+      const auto field = rest.substr(0, rest.find_first_of(kBlanks));
+      fields.push_back(field);
+      rest.remove_prefix(field.size());
+    }
+    return;
   }
-  if (says_toa5 && format != TableFormat::csv) return read_toa5_head(text, std::move(head));
-  return read_csv_head(text, std::move(head));
+  bool is_quoted = false;
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == '"') is_quoted = !is_quoted;
+    if (line[i] != separator || is_quoted) continue;
+    fields.push_back(unquoted(line.substr(begin, i - begin)));
+    begin = i + 1;
+  }
+  fields.push_back(unquoted(line.substr(begin)));
+}
+
+Result<std::unique_ptr<TextTable>> TextTable::open(FileReader file, TableFormat format) {
+  std::unique_ptr<TextTable> table(new TextTable(std::move(file)));
+  if (auto read = table->read_head(format); !read) return read.error();
+  if (auto rewound = table->rewind(); !rewound) return rewound.error();
+  return table;
+}
+
+Result<void> TextTable::read_head(TableFormat format) {
+  constexpr std::size_t kLook = 4096;
+  if (auto skipped = skip_byte_order_mark(); !skipped) return skipped;
+  const auto start = file_.peek(kLook);
+  if (!start) return start.error();
+  if (start->find_first_not_of(" \t\r\n") == std::string_view::npos && start->size() < kLook)
+    return Error{ErrorCode::corrupt, head_.source_name + ": the file is empty"};
+  const bool says_toa5 = is_toa5(*start);
+  if (format == TableFormat::toa5 && !says_toa5) {
+    return Error{ErrorCode::corrupt, head_.source_name + ":1: no TOA5 file, which would begin with \"TOA5\": try format csv"};
+  }
+  if (says_toa5 && format != TableFormat::csv) return read_toa5_head();
+  if (format == TableFormat::ghg || (format == TableFormat::automatic && is_ghg(*start))) return read_ghg_head();
+  return read_csv_head();
+}
+
+Result<void> TextTable::skip_byte_order_mark() {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  const auto start = file_.peek(kByteOrderMark.size());
+  if (!start) return start.error();
+  if (*start != kByteOrderMark) return {};
+  if (auto taken = file_.take(kByteOrderMark.size()); !taken) return taken.error();
+  return {};
+}
+
+// Line 1: station and program; 2: names; 3: units; 4: how each was processed; then the rows.
+Result<void> TextTable::read_toa5_head() {
+  std::array<std::string, 4> lines;
+  for (auto& text : lines) {
+    const auto line = file_.line();
+    if (!line) return line.error();
+    text = line->value_or("");
+  }
+  std::vector<std::string_view> fields;
+  split_fields(lines[1], ',', fields);
+  head_.columns = to_names(fields);
+  split_fields(lines[2], ',', fields);
+  head_.units = to_names(fields);
+  if (trimmed(lines[3]).empty() || head_.units.size() != head_.columns.size()) {
+    return Error{
+        ErrorCode::truncated,
+        head_.source_name + ": the four header lines of a TOA5 file are not complete: export it again from the logger"};
+  }
+  split_fields(lines[0], ',', fields);
+  if (fields.size() == 8) head_.description = fmt::format("logger {} '{}', table {}", fields[2], fields[1], fields[7]);
+  head_lines_ = lines.size();
+  return {};
+}
+
+Result<void> TextTable::read_ghg_head() {
+  separator_ = '\t';
+  std::vector<std::string_view> fields;
+  for (std::size_t i = 0; i < kMostGhgHeaderLines; ++i) {
+    const auto line = file_.line();
+    if (!line) return line.error();
+    if (!*line) break;
+    const auto text = trimmed_line(**line);
+    if (text.starts_with("Model:") || text.starts_with("Timezone:"))
+      head_.description += fmt::format("{}{}", head_.description.empty() ? "" : ", ", trimmed(text));
+    if (!text.starts_with("DATAH\t")) continue;
+    split_fields(text, separator_, fields);
+    head_.columns = to_names(fields);
+    std::ranges::replace(head_.description, '\t', ' ');
+    std::ranges::transform(head_.columns, std::back_inserter(head_.units), unit_in_name);
+    const auto next = file_.peek(kUnitsMark.size());
+    if (!next) return next.error();
+    if (*next == kUnitsMark) {
+      const auto units = file_.line();
+      if (!units) return units.error();
+      split_fields(trimmed_line(units->value_or("")), separator_, fields);
+      if (fields.size() == head_.columns.size()) head_.units = to_names(fields);
+    }
+    head_lines_ = file_.line_number();
+    return {};
+  }
+  return Error{ErrorCode::corrupt, fmt::format("{}: no line DATAH among its first {}: this is no data of a GHG archive",
+                                               head_.source_name, kMostGhgHeaderLines)};
+}
+
+Result<void> TextTable::read_csv_head() {
+  std::vector<std::string_view> fields;
+  for (std::size_t line_number = 1; line_number <= kMostHeaderLines; ++line_number) {
+    const auto read = file_.line();
+    if (!read) return read.error();
+    if (!*read) break;
+    const auto line = trimmed_line(**read);
+    if (is_comment(line)) continue;
+    separator_ = head_.columns.empty() ? find_separator(line) : separator_;
+    split_fields(line, separator_, fields);
+    if (has_number(fields, separator_) || (!head_.columns.empty() && is_all_missing(fields, separator_))) {
+      if (head_.columns.empty()) head_.columns = numbered_columns(fields.size());
+      head_lines_ = file_.line_number() - 1;
+      return {};
+    }
+    if (head_.columns.empty()) {
+      head_.columns = to_names(fields);
+    } else if (head_.units.empty() && fields.size() == head_.columns.size()) {
+      head_.units = to_names(fields);
+    }
+  }
+  return Error{ErrorCode::corrupt, fmt::format("{}: no row of numbers in its first {} lines: is this the right file?",
+                                               head_.source_name, kMostHeaderLines)};
+}
+
+Result<void> TextTable::rewind() {
+  was_cut_ = false;
+  if (auto rewound = file_.rewind(); !rewound) return rewound;
+  if (auto skipped = skip_byte_order_mark(); !skipped) return skipped;
+  for (std::size_t i = 0; i < head_lines_; ++i) {
+    const auto line = file_.line();
+    if (!line) return line.error();
+  }
+  return {};
 }
 
 Cell parse_cell(std::string_view text, char separator) {
@@ -185,89 +247,45 @@ Cell parse_cell(std::string_view text, char separator) {
   return {std::ranges::find(kMissing, lower) != kMissing.end() ? Cell::Kind::missing : Cell::Kind::text, 0};
 }
 
-Result<bool> TableRows::next() {
-  while (!rest_.empty()) {
-    const bool has_end = rest_.find('\n') != std::string_view::npos;
-    const auto line = trimmed_line(take_line(rest_));
-    ++line_;
+Result<bool> TextTable::next() {
+  while (true) {
+    const auto read = file_.line();
+    if (!read) return read.error();
+    if (!*read) return false;
+    const auto line = trimmed_line(**read);
     if (is_comment(line)) continue;
-    split(line, head_.separator, fields_);
+    split_fields(line, separator_, fields_);
     if (fields_.size() == head_.columns.size()) return true;
     // Some programs end each row with a separator.
     if (fields_.size() == head_.columns.size() + 1 && fields_.back().empty()) {
       fields_.pop_back();
       return true;
     }
-    if (!has_end && fields_.size() < head_.columns.size()) {
+    if (!file_.line_had_end() && fields_.size() < head_.columns.size()) {
       was_cut_ = true;
       return false;
     }
-    return Error{ErrorCode::corrupt, fmt::format("{}:{}: {} fields where there are {} columns ({})", head_.source_name,
-                                                 this->line(), fields_.size(), head_.columns.size(), head_.column_list())};
+    return Error{ErrorCode::corrupt,
+                 fmt::format("{}:{}: {} fields where there are {} columns ({})", head_.source_name, file_.line_number(),
+                             fields_.size(), head_.columns.size(), head_.column_list())};
   }
-  return false;
 }
 
-Result<double> TableRows::number(std::size_t column) const {
-  const Cell cell = parse_cell(fields_[column], head_.separator);
+std::string TextTable::where(std::size_t column) const {
+  return fmt::format("{}:{}: column '{}': '{}'", head_.source_name, file_.line_number(), head_.columns[column],
+                     fields_[column]);
+}
+
+Result<double> TextTable::number(std::size_t column) const {
+  const Cell cell = parse_cell(fields_[column], separator_);
   if (cell.kind == Cell::Kind::number) return cell.number;
   if (cell.kind == Cell::Kind::missing) return std::numeric_limits<double>::quiet_NaN();
-  return Error{ErrorCode::corrupt, fmt::format("{}:{}: column '{}': '{}' is no number", head_.source_name, line(),
-                                               head_.columns[column], fields_[column])};
+  return Error{ErrorCode::corrupt, where(column) + " is no number"};
 }
 
-Result<std::map<std::string, std::string>> parse_column_map(std::string_view text, const std::vector<std::string>& known) {
-  std::map<std::string, std::string> map;
-  std::vector<std::string_view> pairs;
-  if (!text.empty()) split(text, ',', pairs);
-  for (const auto pair : pairs) {
-    const auto equals = pair.find('=');
-    const std::string quantity(trimmed(pair.substr(0, equals)));
-    const auto column = equals == std::string_view::npos ? std::string_view() : trimmed(pair.substr(equals + 1));
-    const auto complaint = [&](const std::string& what) {
-      return Error{ErrorCode::invalid_argument,
-                   fmt::format("columns '{}': {}; known are {}", text, what, fmt::join(known, ", "))};
-    };
-    if (column.empty()) return complaint(fmt::format("'{}' should read quantity=column", pair));
-    if (std::ranges::find(known, quantity) == known.end()) return complaint(fmt::format("'{}' is not known", quantity));
-    if (!map.emplace(quantity, column).second) return complaint(fmt::format("'{}' is given twice", quantity));
-  }
-  return map;
-}
-
-std::string normalised_name(std::string_view name) {
-  std::string normal = in_lower_case(name.substr(0, name.find_first_of("([")));
-  std::erase_if(normal, [](char c) { return c == ' '; });
-  while (normal.ends_with('_')) normal.pop_back();
-  return normal;
-}
-
-Result<std::optional<std::size_t>> find_column(const TableHead& head, const ColumnRequest& request,
-                                               const std::map<std::string, std::string>& map) {
-  const auto index_of = [&](const auto& predicate) -> std::optional<std::size_t> {
-    const auto found = std::ranges::find_if(head.columns, predicate);
-    if (found == head.columns.end()) return std::nullopt;
-    return static_cast<std::size_t>(found - head.columns.begin());
-  };
-  if (const auto given = map.find(request.quantity); given != map.end()) {
-    if (const auto column = index_of([&](const auto& name) { return name == given->second; })) return column;
-    return Error{ErrorCode::not_found, fmt::format("{}: column '{}' for {} is missing; the file has: {}", head.source_name,
-                                                   given->second, request.quantity, head.column_list())};
-  }
-  for (const auto& usual : request.usual_names) {
-    if (const auto column = index_of([&](const auto& name) { return normalised_name(name) == usual; })) return column;
-  }
-  return std::optional<std::size_t>();
-}
-
-Result<std::size_t> require_column(const TableHead& head, const ColumnRequest& request,
-                                   const std::map<std::string, std::string>& map) {
-  const auto column = find_column(head, request, map);
-  if (!column) return column.error();
-  if (*column) return **column;
-  return Error{ErrorCode::not_found,
-               fmt::format("{}: no column for {} (usual names: {}); the file has: {}; say which with {}=NAME", head.source_name,
-                           request.quantity, fmt::join(request.usual_names, ", "), head.column_list(), request.quantity)};
+Result<Duration> TextTable::time_stamp(std::size_t column) const {
+  if (const auto stamp = parse_time_stamp(fields_[column])) return *stamp;
+  return Error{ErrorCode::corrupt, where(column) + " is no time; known are seconds and 2019-07-30 12:00:00.05"};
 }
 
 }  // namespace roseau::recorder

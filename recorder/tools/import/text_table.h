@@ -1,44 +1,66 @@
-// Tables of numbers in text files: CSV of any dialect, Campbell's TOA5, plain columns. Pure.
+// Tables of numbers in text files: CSV of any dialect, Campbell's TOA5, the data part of LI-COR's GHG, plain columns.
 //
 // The separator is found (comma, semicolon, tab, else blanks); with semicolons a comma inside a number is its decimal point.
 // A first line without any number names the columns, and lines without numbers right below it are units and the like.
 // Without names, columns are called 1, 2, 3, ...
+//
+// GHG: lines of "key: value", then the names behind DATAH (units behind DATAU), then rows behind DATA, all with tabs.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <map>
-#include <optional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "core/result.h"
+#include "recorder/tools/import/byte_source.h"
+#include "recorder/tools/import/table.h"
 
 namespace roseau::recorder {
 
 enum class TableFormat : std::uint8_t {
-  automatic,  // TOA5 if its first line says so, else CSV
+  automatic,  // TOA5 or GHG if the first lines say so, else CSV
   csv,
   toa5,
-};
-Result<TableFormat> table_format_from_string(std::string_view name);
-
-/// What is known of a table before its first row of numbers.
-struct TableHead {
-  std::string source_name;           // for messages: the file's name
-  std::vector<std::string> columns;  // names
-  std::vector<std::string> units;    // one per column where the file tells, else empty
-  char separator = ',';              // ' ': any number of blanks
-  std::string_view rows;             // the text from the first row on
-  std::size_t first_line = 1;        // number of that row's line in the file
-
-  /// "a, b, c": for messages.
-  std::string column_list() const;
+  ghg,
 };
 
-/// `text` must outlive what is returned.
-Result<TableHead> read_table_head(std::string_view text, std::string source_name, TableFormat format);
+class TextTable : public TableReader {
+ public:
+  /// Reads the head. Error: names the file, and what its head lacks.
+  static Result<std::unique_ptr<TextTable>> open(FileReader file, TableFormat format);
+
+  char separator() const { return separator_; }               // ' ': any number of blanks
+  std::size_t first_line() const { return head_lines_ + 1; }  // number of the first row's line
+
+  Result<void> rewind() override;
+  /// Error: a row whose number of fields is not that of the columns. Empty lines are passed over. A last line without its end
+  /// may be cut short: if fields are missing it is left out, and was_cut() says so.
+  Result<bool> next() override;
+  Result<double> number(std::size_t column) const override;
+  Result<Duration> time_stamp(std::size_t column) const override;
+  bool was_cut() const override { return was_cut_; }
+  double share() const override { return file_.share(); }
+
+  const std::vector<std::string_view>& fields() const { return fields_; }
+
+ private:
+  explicit TextTable(FileReader file) : file_(std::move(file)) { head_.source_name = file_.name(); }
+
+  Result<void> read_head(TableFormat format);
+  Result<void> skip_byte_order_mark();
+  Result<void> read_toa5_head();
+  Result<void> read_ghg_head();
+  Result<void> read_csv_head();
+  std::string where(std::size_t column) const;
+
+  FileReader file_;
+  char separator_ = ',';
+  std::size_t head_lines_ = 0;
+  std::vector<std::string_view> fields_;
+  bool was_cut_ = false;
+};
 
 /// One field of a row.
 struct Cell {
@@ -50,49 +72,12 @@ struct Cell {
 /// Missing values: empty, NAN, NA, NULL, INF of either case, and the numbers -9999 and +-7999 (Campbell: out of range).
 Cell parse_cell(std::string_view text, char separator);
 
-/// Goes through the rows of a table.
-class TableRows {
- public:
-  explicit TableRows(const TableHead& head) : head_(head), rest_(head.rows), line_(head.first_line) {}
+/// Takes a line's fields apart: quotes and blanks around them are taken off.
+void split_fields(std::string_view line, char separator, std::vector<std::string_view>& fields);
 
-  /// False at the end. Error: a row whose number of fields is not that of the columns. Empty lines are passed over. A last
-  /// line without its end may be cut short: it is left out, and was_cut() says so.
-  Result<bool> next();
+/// Without blanks at its ends.
+std::string_view trimmed(std::string_view text);
 
-  const std::vector<std::string_view>& fields() const { return fields_; }
-  std::size_t line() const { return line_ - 1; }
-  bool was_cut() const { return was_cut_; }
-
-  /// The number in a column of the current row; NaN if it is missing. Error: no number, naming file, line and column.
-  Result<double> number(std::size_t column) const;
-
- private:
-  const TableHead& head_;
-  std::string_view rest_;
-  std::size_t line_;  // of the line to come
-  std::vector<std::string_view> fields_;
-  bool was_cut_ = false;
-};
-
-/// "u=U,v=V": which column serves for what. Error: not of this form, a quantity that is none of `known`, or one twice.
-Result<std::map<std::string, std::string>> parse_column_map(std::string_view text, const std::vector<std::string>& known);
-
-/// A quantity we look for, and the names that columns of it go by, as normalised_name makes them.
-struct ColumnRequest {
-  std::string quantity;
-  std::vector<std::string> usual_names;
-};
-
-/// Lower case, without blanks and without a unit in brackets: "U (m/s)" -> "u".
-std::string normalised_name(std::string_view name);
-
-/// The column for a quantity: the one given in `map`, else the first of the usual names that the table has; nothing if there is
-/// none. Error: the given one does not exist.
-Result<std::optional<std::size_t>> find_column(const TableHead& head, const ColumnRequest& request,
-                                               const std::map<std::string, std::string>& map);
-
-/// As find_column; Error also if there is none.
-Result<std::size_t> require_column(const TableHead& head, const ColumnRequest& request,
-                                   const std::map<std::string, std::string>& map);
+std::string in_lower_case(std::string_view text);
 
 }  // namespace roseau::recorder

@@ -8,6 +8,7 @@
 #include "core/wind_statistics.h"
 #include "recorder/format/indexed_reader.h"
 #include "recorder/recorder.h"
+#include "recorder/tools/import/record_times.h"
 #include "schema/conversion.h"
 #include "tests/support/data.h"
 #include "tests/support/raw_avi.h"

@@ -6,9 +6,8 @@
 #include <sstream>
 
 #include "core/wind_statistics.h"
-#include "recorder/tools/import/displacement_file.h"
-#include "recorder/tools/import/sonic_file.h"
 #include "tests/support/data.h"
+#include "tests/unit/recorder/import/read_record.h"
 
 namespace roseau::recorder {
 namespace {
@@ -104,10 +103,11 @@ TEST(SonicFile, ReadsToa5WithItsTimes) {
                                 "\"2019-07-30 12:00:00.05\",101,1.6,-2.6,0.2,21.6,0\r\n"
                                 "\"2019-07-30 12:00:00.1\",102,\"NAN\",-2.6,0.2,21.6,4\r\n"
                                 "\"2019-07-30 12:00:00.2\",104,1.7,-2.7,0.3,21.7,0\r\n",
-                            {.format = TableFormat::toa5});
+                            {});
   ASSERT_EQ(record.samples.size(), 4U);
   EXPECT_DOUBLE_EQ(record.times.rate_hz, 20.0);
-  EXPECT_EQ(record.times.missing_rows, 1U);
+  EXPECT_THAT(record.remarks, ::testing::Contains("by its times 1 rows are missing"));
+  EXPECT_THAT(record.remarks, ::testing::Contains("logger CR3000 'mast', table ts_data"));
   EXPECT_EQ(record.times.since_first[3], std::chrono::milliseconds{200});
   EXPECT_EQ(format_time_stamp(*record.begin), "2019-07-30T12:00:00.000");
   EXPECT_EQ(record.samples[0].sonic_temperature_celsius, 21.5);
@@ -146,7 +146,6 @@ TEST(DisplacementFile, OnePlainColumn) {
   EXPECT_EQ(record.samples[1].y, 0);
   EXPECT_EQ(record.samples[1].unit, LengthUnit::strain);
   EXPECT_EQ(record.times.since_first[1], std::chrono::milliseconds{250});
-  EXPECT_FALSE(record.has_two_axes);
 }
 
 TEST(DisplacementFile, TwoAxes) {
@@ -155,7 +154,6 @@ TEST(DisplacementFile, TwoAxes) {
     ASSERT_EQ(record.samples.size(), 2U) << text;
     EXPECT_EQ(record.samples[1].x, 3) << text;
     EXPECT_EQ(record.samples[1].y, 4) << text;
-    EXPECT_TRUE(record.has_two_axes);
   }
 }
 

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/unit/recorder/import/read_record.h"
+
 namespace roseau::recorder {
 namespace {
 

@@ -11,25 +11,30 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-TableHead head_of(std::string_view text, TableFormat format = TableFormat::automatic) {
-  auto head = read_table_head(text, "field.csv", format);
-  EXPECT_TRUE(head) << head.error().message;
-  return head ? *head : TableHead{};
+Result<std::unique_ptr<TextTable>> open_table(std::string_view text, TableFormat format = TableFormat::automatic) {
+  return TextTable::open(FileReader(memory_source(std::string(text)), "field.csv"), format);
 }
 
+std::unique_ptr<TextTable> table_of(std::string_view text, TableFormat format = TableFormat::automatic) {
+  auto table = open_table(text, format);
+  EXPECT_TRUE(table) << table.error().message;
+  return table ? std::move(*table) : nullptr;
+}
+
+TableHead head_of(std::string_view text) { return table_of(text)->head(); }
+
 std::string head_error(std::string_view text, TableFormat format = TableFormat::automatic) {
-  const auto head = read_table_head(text, "field.csv", format);
-  return head ? "no error" : head.error().message;
+  const auto table = open_table(text, format);
+  return table ? "no error" : table.error().message;
 }
 
 // All numbers of a table, row by row.
 std::vector<std::vector<double>> numbers_of(std::string_view text) {
-  const auto head = head_of(text);
-  TableRows rows(head);
+  const auto rows = table_of(text);
   std::vector<std::vector<double>> numbers;
-  for (auto more = rows.next(); more && *more; more = rows.next()) {
+  for (auto more = rows->next(); more && *more; more = rows->next()) {
     auto& row = numbers.emplace_back();
-    for (std::size_t i = 0; i < rows.fields().size(); ++i) row.push_back(*rows.number(i));
+    for (std::size_t i = 0; i < rows->fields().size(); ++i) row.push_back(*rows->number(i));
   }
   return numbers;
 }
@@ -50,12 +55,12 @@ TEST(TextTable, WithoutNamesColumnsAreNumbered) {
 }
 
 TEST(TextTable, ALineOfUnitsIsNoRow) {
-  const auto head = head_of("U,T\nm/s,K\n1,300\n");
-  EXPECT_THAT(head.units, ElementsAre("m/s", "K"));
-  EXPECT_EQ(head.first_line, 3U);
-  const auto missing_first = head_of("U,T\n,NAN\n1,300\n");
-  EXPECT_TRUE(missing_first.units.empty()) << "a row of missing values is a row";
-  EXPECT_EQ(missing_first.first_line, 2U);
+  const auto table = table_of("U,T\nm/s,K\n1,300\n");
+  EXPECT_THAT(table->head().units, ElementsAre("m/s", "K"));
+  EXPECT_EQ(table->first_line(), 3U);
+  const auto missing_first = table_of("U,T\n,NAN\n1,300\n");
+  EXPECT_TRUE(missing_first->head().units.empty()) << "a row of missing values is a row";
+  EXPECT_EQ(missing_first->first_line(), 2U);
 }
 
 TEST(TextTable, DecimalCommas) { EXPECT_THAT(numbers_of("U;V\n1,5;-2,25\n"), ElementsAre(ElementsAre(1.5, -2.25))); }
@@ -65,16 +70,17 @@ TEST(TextTable, ReadsToa5) {
       "\"TOA5\",\"mast\",\"CR3000\",\"2113\",\"CR3000.Std.11\",\"CPU:eddy.CR3\",\"32171\",\"ts_data\"\r\n"
       "\"TIMESTAMP\",\"RECORD\",\"Ux\",\"Ts\"\r\n\"TS\",\"RN\",\"m/s\",\"C\"\r\n\"\",\"\",\"Smp\",\"Smp\"\r\n"
       "\"2019-07-30 12:00:00.05\",0,1.25,\"NAN\"\r\n";
-  const auto head = head_of(text);
+  const auto rows = table_of(text);
+  const auto& head = rows->head();
+  EXPECT_EQ(head.description, "logger CR3000 'mast', table ts_data");
   EXPECT_THAT(head.columns, ElementsAre("TIMESTAMP", "RECORD", "Ux", "Ts"));
   EXPECT_THAT(head.units, ElementsAre("TS", "RN", "m/s", "C"));
-  TableRows rows(head);
-  ASSERT_TRUE(*rows.next());
-  EXPECT_EQ(rows.fields()[0], "2019-07-30 12:00:00.05");
-  EXPECT_EQ(rows.line(), 5U);
-  EXPECT_EQ(*rows.number(2), 1.25);
-  EXPECT_TRUE(std::isnan(*rows.number(3)));
-  EXPECT_FALSE(*rows.next());
+  ASSERT_TRUE(*rows->next());
+  EXPECT_EQ(rows->fields()[0], "2019-07-30 12:00:00.05");
+  EXPECT_EQ(rows->first_line(), 5U);
+  EXPECT_EQ(*rows->number(2), 1.25);
+  EXPECT_TRUE(std::isnan(*rows->number(3)));
+  EXPECT_FALSE(*rows->next());
 }
 
 TEST(TextTable, SaysWhatIsNoTable) {
@@ -99,30 +105,27 @@ TEST(TextTable, MissingValuesAreNoNumbers) {
 }
 
 TEST(TextTable, AWrongRowIsNamedByItsLine) {
-  const auto head = head_of("U,V\n1,2\n1,2,3\n");
-  TableRows rows(head);
-  ASSERT_TRUE(*rows.next());
-  const auto wrong = rows.next();
+  const auto rows = table_of("U,V\n1,2\n1,2,3\n");
+  ASSERT_TRUE(*rows->next());
+  const auto wrong = rows->next();
   ASSERT_FALSE(wrong);
   EXPECT_THAT(wrong.error().message, HasSubstr("field.csv:3: 3 fields where there are 2 columns (U, V)"));
 }
 
 TEST(TextTable, AWrongFieldIsNamedByLineAndColumn) {
-  const auto head = head_of("U,V\n1,2\n\n1,two\n");
-  TableRows rows(head);
-  ASSERT_TRUE(*rows.next());
-  ASSERT_TRUE(*rows.next());
-  const auto wrong = rows.number(1);
+  const auto rows = table_of("U,V\n1,2\n\n1,two\n");
+  ASSERT_TRUE(*rows->next());
+  ASSERT_TRUE(*rows->next());
+  const auto wrong = rows->number(1);
   ASSERT_FALSE(wrong);
   EXPECT_EQ(wrong.error().message, "field.csv:4: column 'V': 'two' is no number");
 }
 
 TEST(TextTable, ALastLineCutShortIsLeftOut) {
-  const auto head = head_of("U,V\n1,2\n3");
-  TableRows rows(head);
-  EXPECT_TRUE(*rows.next());
-  EXPECT_FALSE(*rows.next());
-  EXPECT_TRUE(rows.was_cut());
+  const auto rows = table_of("U,V\n1,2\n3");
+  EXPECT_TRUE(*rows->next());
+  EXPECT_FALSE(*rows->next());
+  EXPECT_TRUE(rows->was_cut());
 }
 
 TEST(ColumnMap, SaysWhatIsWrong) {
