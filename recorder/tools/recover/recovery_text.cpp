@@ -81,13 +81,13 @@ std::string to_text(const Recovery& recovery) {
         "  {} messages come from a chunk that is torn: all their bytes are there, but its CRC could not be checked\n",
         recovery.unchecked_messages);
   }
-  text += fmt::format("\n  {:<46} {:>10} {:>10} {:>12} {:>10}\n", "topic", "kept", "lost", "not numbered", "dropped");
+  text += fmt::format("\n  {:<46} {:>10} {:>10} {:>12} {:>10}\n", "topic", "kept", "lost", "number gaps", "dropped");
   for (const auto& topic : recovery.topics) {
     text += fmt::format("  {:<46} {:>10} {:>10} {:>12} {:>10}\n", topic.topic, topic.messages, topic.lost,
                         topic.missing_in_sequence, topic.counters ? fmt::format("{}", topic.counters->dropped) : "?");
   }
   text +=
-      "  lost: known to be missing; not numbered: holes in the sequence numbers, the device's own included;\n"
+      "  lost: known to be missing; number gaps: holes in the sequence numbers, the device's own included;\n"
       "  dropped: by the recorder, as it counted last\n";
   if (recovery.torn_bytes) text += fmt::format("  the torn end was kept in {}\n", recovery.torn_bytes->string());
   return text;
