@@ -156,7 +156,7 @@ Result<CodedInfo> read_png_info(std::span<const std::byte> coded) {
 
 struct PngDecoder::State {
   struct Free {
-    void operator()(libdeflate_decompressor* inflater) const { libdeflate_free_decompressor(inflater); }
+    void operator()(libdeflate_decompressor* decompressor) const { libdeflate_free_decompressor(decompressor); }
     void operator()(spng_ctx* context) const { spng_ctx_free(context); }
   };
   std::unique_ptr<libdeflate_decompressor, Free> inflater{libdeflate_alloc_decompressor()};
