@@ -23,7 +23,9 @@ constexpr std::size_t kMostPerPop = 1024;  // so that the writer looks at the cl
 /// What a sample holds, roughly: pixels and long payloads count, the rest is its own size.
 std::uint64_t bytes_of(const Sample& sample) {
   std::uint64_t bytes = sizeof(QueuedSample);
-  if (const auto* frame = std::get_if<Frame>(&sample.payload)) bytes += frame->bytes().size();
+  if (const auto* frame = std::get_if<Frame>(&sample.payload)) {
+    bytes += frame->coded ? frame->coded.size : frame->bytes().size();
+  }
   if (const auto* motion = std::get_if<ImageMotion>(&sample.payload))
     bytes += motion->points.size() * sizeof(ImageMotion::Point);
   if (const auto* spectrum = std::get_if<ForceSpectrum>(&sample.payload)) {
@@ -108,6 +110,9 @@ bool Queue::push(const Sample& sample, HostTime log_time, bool wait_when_full) {
   if (slot == nullptr) return refuse(sample.header.stream);
 
   slot->value.sample = sample;
+  if (auto* frame = std::get_if<Frame>(&slot->value.sample.payload); frame != nullptr && frame->coded) {
+    frame->pixels = {};  // only the stored form is needed from here on: the camera gets its buffer back
+  }
   slot->value.log_time = log_time;
   slot->value.bytes = bytes;
   slot->value.position = position;

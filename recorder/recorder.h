@@ -17,6 +17,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -85,6 +86,11 @@ struct RecorderOptions {
   /// The same samples give the same file, byte for byte, whatever the machine was doing: chunks are written by their size and
   /// log time alone, and no counters before the end. For simulations; a live recording wants the wall clock's help.
   bool reproducible = false;
+
+  /// How frames are stored, by device; those of other devices as their stream says (a session that is replayed), else raw.
+  /// Frames that come with a stored form of their own keep it; where png or jpeg is wanted, all others become PNG, on threads
+  /// of the recorder's (image_coder.h). JPEG is made by the camera (drivers/camera/jpeg), never here.
+  std::map<std::string, ImageStorage> image_storage;
 
   /// Counters kept by others (gaps, bad, late: the sequencer's) to be written with ours, by topic. Called by the writer thread.
   std::function<mcap::TopicCounters()> upstream_counters;

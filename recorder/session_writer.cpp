@@ -3,10 +3,16 @@
 #include <algorithm>
 #include <utility>
 
+#include "recorder/image_storage.h"
 #include "recorder/recorder.h"
 #include "schema/conversion.h"
 
 namespace roseau::recorder {
+
+namespace {
+// Coded frames in one chunk: small ones must not take all the buffers there are, waiting for it to become large.
+constexpr std::size_t kMostCoded = 16;
+}  // namespace
 
 SessionWriter::SessionWriter(mcap::Writable& out, const StreamTable& streams, const RecorderOptions& options)
     : out_(out), writer_(out), streams_(streams), options_(options) {}
@@ -35,11 +41,12 @@ Result<void> SessionWriter::begin(const SessionDescription& description, const P
   return flush();  // they are the first messages of the file
 }
 
-Result<std::uint16_t> SessionWriter::schema_id_of(SampleKind kind) {
-  if (const auto known = schema_ids_.find(kind); known != schema_ids_.end()) return known->second;
+Result<std::uint16_t> SessionWriter::schema_id_of(const StreamInfo& stored) {
   const auto id = static_cast<std::uint16_t>(schema_ids_.size() + 1);
-  if (auto written = writer_.write(mcap::make_schema(kind, id)); !written) return written.error();
-  schema_ids_[kind] = id;
+  const mcap::Schema schema = mcap::make_schema(stored, id);
+  if (const auto known = schema_ids_.find(schema.name); known != schema_ids_.end()) return known->second;
+  if (auto written = writer_.write(schema); !written) return written.error();
+  schema_ids_[schema.name] = id;
   return id;
 }
 
@@ -48,37 +55,48 @@ Result<std::uint16_t> SessionWriter::channel_id_of(const Sample& sample) {
   const StreamId stream = sample.header.stream;
   if (stream >= channel_ids_.size()) channel_ids_.resize(stream + 1U);
   if (channel_ids_[stream]) return *channel_ids_[stream];
-  const StreamInfo& info = streams_.info(stream);
-  ROSEAU_CHECK(info.kind == to_string(sample.kind()));
-  const auto schema_id = schema_id_of(sample.kind());
+  const StreamInfo stored = stored_stream(sample, streams_.info(stream), options_);
+  ROSEAU_CHECK(stored.kind == to_string(sample.kind()));
+  const auto schema_id = schema_id_of(stored);
   if (!schema_id) return schema_id.error();
-  if (auto written = writer_.write(mcap::make_channel(info, next_channel_id_, *schema_id)); !written) return written.error();
+  if (auto written = writer_.write(mcap::make_channel(stored, next_channel_id_, *schema_id)); !written) return written.error();
   channel_ids_[stream] = next_channel_id_;
   return next_channel_id_++;
 }
 
+/// Into head_; what is returned follows it.
+std::span<const std::byte> SessionWriter::serialize_head(const Sample& sample, bool is_coded) {
+  return is_coded ? schema::serialize_coded_head(sample, streams_, head_) : schema::serialize_head(sample, streams_, head_);
+}
+
 Result<void> SessionWriter::add(const Sample& sample, HostTime log_time, std::uint64_t budget_bytes) {
+  const auto* frame = std::get_if<Frame>(&sample.payload);
+  const bool is_coded = storage_of(sample, streams_.info(sample.header.stream), options_) != ImageStorage::raw;
+  if (frame != nullptr && !(is_coded ? static_cast<bool>(frame->coded) : static_cast<bool>(frame->pixels))) {
+    ++written_.lost_in_encoder[sample.header.stream];
+    written_.budget_bytes += budget_bytes;
+    return {};
+  }
   const auto channel_id = channel_id_of(sample);
   if (!channel_id) {
     ++written_.lost[sample.header.stream];
     written_.budget_bytes += budget_bytes;
     return channel_id.error();
   }
-  const auto* frame = std::get_if<Frame>(&sample.payload);
   OpenChunk& open = frame != nullptr ? images_ : small_;
-  const auto pixels = schema::serialize_head(sample, streams_, head_);
+  const auto pixels = serialize_head(sample, is_coded);
   open.chunk.add({.channel_id = *channel_id,
                   .sequence = sample.header.sequence,
                   .log_time_ns = mcap::log_time_from(log_time),
                   .publish_time_ns = mcap::log_time_from(sample.header.sample_time),
                   .data = head_},
                  pixels);
-  if (frame != nullptr) open.leases.push_back(frame->pixels);
+  if (frame != nullptr) open.leases.push_back(is_coded ? frame->coded.lease : frame->pixels);
   ++open.held.samples[sample.header.stream];
   open.held.budget_bytes += budget_bytes;
 
   const auto slice_ns = static_cast<std::uint64_t>(options_.chunk_time.count());
-  const bool full = open.chunk.uncompressed_bytes() >= options_.chunk_bytes;
+  const bool full = open.chunk.uncompressed_bytes() >= options_.chunk_bytes || (is_coded && open.leases.size() >= kMostCoded);
   const bool long_enough = open.chunk.end_time_ns() - open.chunk.start_time_ns() >= slice_ns;
   return full || long_enough ? write(open) : Result<void>{};
 }
@@ -113,9 +131,11 @@ std::uint64_t SessionWriter::bytes_with(const Sample& sample) {
   if (stream >= channel_ids_.size() || !channel_ids_[stream]) {  // written twice: before the first message, and in the summary
     const StreamInfo& info = streams_.info(stream);
     for (const auto& [key, value] : info.metadata) bytes += 2 * (8 + key.size() + value.size());
-    if (!schema_ids_.contains(sample.kind())) bytes += 2 * mcap::make_schema(sample.kind(), 1).data.size();
+    const mcap::Schema schema = mcap::make_schema(stored_stream(sample, info, options_), 1);
+    if (!schema_ids_.contains(schema.name)) bytes += 2 * schema.data.size();
   }
-  const auto pixels = schema::serialize_head(sample, streams_, head_);
+  const auto* frame = std::get_if<Frame>(&sample.payload);
+  const auto pixels = serialize_head(sample, frame != nullptr && frame->coded);
   return bytes + head_.size() + pixels.size();
 }
 

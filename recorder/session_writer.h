@@ -77,7 +77,8 @@ class SessionWriter {
     bool older = false;  // begun before the last flush_older
   };
   Result<std::uint16_t> channel_id_of(const Sample& sample);
-  Result<std::uint16_t> schema_id_of(SampleKind kind);
+  Result<std::uint16_t> schema_id_of(const StreamInfo& stored);
+  std::span<const std::byte> serialize_head(const Sample& sample, bool is_coded);
   Result<void> write(OpenChunk& open);
   /// Samples in chunks that the file has taken, and where they end in it.
   struct Appended {
@@ -94,7 +95,7 @@ class SessionWriter {
   OpenChunk small_{mcap::Compression::zstd};
   Written written_;
   std::deque<Appended> appended_;
-  std::map<SampleKind, std::uint16_t> schema_ids_;
+  std::map<std::string, std::uint16_t> schema_ids_;        // by the message's name
   std::vector<std::optional<std::uint16_t>> channel_ids_;  // by stream
   std::uint16_t next_channel_id_ = 1;
   std::vector<std::byte> head_;  // reused

@@ -10,6 +10,7 @@
 #include "core/log.h"
 #include "recorder/format/crc32.h"
 #include "recorder/format/file_io.h"
+#include "recorder/image_storage.h"
 
 namespace roseau::recorder {
 
@@ -82,9 +83,11 @@ void WriterThread::write_until_closed() {
   std::vector<QueuedSample> batch;
   bool open = true;
   while (open) {
-    open = queue_.pop(batch, std::min(next_tick, next_sync));
-    for (const QueuedSample& queued : batch) add(queued);
+    // While frames are being coded, new samples join them; then the oldest is waited for.
+    open = queue_.pop(batch, coder_.empty() ? std::min(next_tick, next_sync) : now());
+    for (QueuedSample& queued : batch) code(std::move(queued));
     batch.clear();  // drops the leases
+    take_coded(std::min(next_tick, next_sync));
     if (now() >= next_tick) {
       next_tick = now() + tick;
       if (!options_.reproducible) attempt([this] { return part_->flush_older(); });
@@ -95,6 +98,24 @@ void WriterThread::write_until_closed() {
     }
     if (queue_.callers_wait() && !options_.reproducible) attempt([this] { return part_->flush(); });
     settle();
+  }
+}
+
+/// Frames that are stored coded and have no such form yet get it on other threads; everything keeps its order.
+void WriterThread::code(QueuedSample queued) {
+  const auto* frame = std::get_if<Frame>(&queued.sample.payload);
+  const bool to_png = frame != nullptr && !frame->coded && !failed_ &&
+                      storage_of(queued.sample, streams_.info(queued.sample.header.stream), options_) != ImageStorage::raw;
+  if (!to_png && coder_.empty()) return add(queued);
+  coder_.submit(std::move(queued), to_png);
+}
+
+/// What is coded goes into the file. The oldest frame is waited for until `deadline`, others not.
+void WriterThread::take_coded(SteadyTime deadline) {
+  while (auto done = coder_.take(deadline)) {
+    if (done->error && !failed_) queue_.report(done->error->with_context("a picture could not be stored as PNG"));
+    add(done->queued);
+    deadline = SteadyTime{};
   }
 }
 
@@ -147,6 +168,7 @@ void WriterThread::sync() {
 }
 
 void WriterThread::write_everything() {
+  while (!coder_.empty()) take_coded(SteadyTime::max());
   report_drops();
   attempt([this] { return part_->flush(); });
   settle();

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "recorder/finisher.h"
+#include "recorder/image_coder.h"
 #include "recorder/part.h"
 #include "recorder/queue.h"
 #include "recorder/recorder.h"
@@ -42,6 +43,8 @@ class WriterThread {
 
   void run();
   void write_until_closed();
+  void code(QueuedSample queued);
+  void take_coded(SteadyTime deadline);
   void add(const QueuedSample& queued);
   void settle();
   template <class Write>
@@ -70,6 +73,7 @@ class WriterThread {
   std::filesystem::path first_path_;
   std::unique_ptr<Part> part_;
   Finisher finisher_;
+  ImageCoder coder_;
 
   std::mutex marks_mutex_;
   std::deque<std::uint64_t> marks_;  // positions before which a part was asked to begin, in order
