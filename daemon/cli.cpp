@@ -84,6 +84,9 @@ void add_simulate(Commands& commands, AllArguments& all) {
   sub->add_option("-o,--output", arguments.output, "Session file to write (.mcap)")->required();
   sub->add_option("--seconds", arguments.seconds, "How long (default 60)")->check(CLI::PositiveNumber);
   sub->add_option("--seed", arguments.seed, "Instead of the scene's own");
+  sub->add_option("--image-storage", arguments.image_storage, "How pictures are stored: raw (default), png (lossless), jpeg")
+      ->check(CLI::IsMember({"raw", "png", "jpeg"}));
+  sub->add_option("--jpeg-quality", arguments.jpeg_quality, "Default 90")->check(CLI::Range(1, 100));
   add_json(sub, arguments.json);
 }
 

@@ -42,6 +42,8 @@ struct SimulateArguments {
   std::filesystem::path output;
   double seconds = 60;
   std::optional<std::uint64_t> seed;
+  std::string image_storage = "raw";  // png, jpeg
+  int jpeg_quality = 90;
   bool json = false;
 };
 int simulate_command(const SimulateArguments& arguments);

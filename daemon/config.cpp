@@ -61,7 +61,18 @@ class Reader {
   std::filesystem::path base_;
 };
 
-CameraConfig read_camera(Reader reader, std::set<std::string>& names) {
+ImageStorageConfig read_image_storage(Reader& reader, std::string_view key, const ImageStorageConfig& fallback) {
+  ImageStorageConfig images = fallback;
+  if (const auto storage = image_storage_from_string(reader.table().text(key, std::string(to_string(fallback.storage))))) {
+    images.storage = *storage;
+  } else {
+    reader.table().complain(key, "must be \"raw\", \"png\" or \"jpeg\"");
+  }
+  images.jpeg_quality = reader.integer("jpeg_quality", fallback.jpeg_quality, 1, 100);
+  return images;
+}
+
+CameraConfig read_camera(Reader reader, std::set<std::string>& names, const ImageStorageConfig& images) {
   CameraConfig camera;
   camera.name = reader.device_name(names);
   camera.driver = reader.table().required_text("driver");
@@ -69,6 +80,7 @@ CameraConfig read_camera(Reader reader, std::set<std::string>& names) {
   camera.path = reader.path(reader.table().required_text("path"));
   camera.rate_hz = reader.number("rate_hz", 0, 0, 10000);
   camera.grey = reader.table().boolean("grey", camera.grey);
+  camera.images = read_image_storage(reader, "storage", images);
   return camera;
 }
 
@@ -242,8 +254,12 @@ Config read_config(Reader reader) {
   TomlTable* root = &reader.table();
   Config config;
   config.name = root->text("name", config.name);
+  auto recording = reader.inner("recording");
+  config.recording.images = read_image_storage(recording, "image_storage", config.recording.images);
   std::set<std::string> names;
-  for (auto& camera : reader.list("camera")) config.cameras.push_back(read_camera(std::move(camera), names));
+  for (auto& camera : reader.list("camera")) {
+    config.cameras.push_back(read_camera(std::move(camera), names, config.recording.images));
+  }
   for (auto& sonic : reader.list("sonic")) config.sonics.push_back(read_sonic(std::move(sonic), names));
   for (auto& tracker : reader.list("magnetic_tracker")) {
     config.magnetic_trackers.push_back(read_magnetic_tracker(std::move(tracker), names));
@@ -259,7 +275,6 @@ Config read_config(Reader reader) {
       static_cast<std::size_t>(sync.integer("skip_after_frames", static_cast<int>(config.skip_after_frames), 1, 64));
   read_tracking(reader.inner("tracking"), config.tracking);
   read_estimation(reader.inner("estimation"), config.estimation);
-  auto recording = reader.inner("recording");
   config.recording.directory = reader.path(recording.table().text("directory", config.recording.directory.string()));
   config.recording.at_start = recording.table().boolean("at_start", config.recording.at_start);
   config.recording.memory_mib = recording.number("memory_mib", config.recording.memory_mib, 8, 65536);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/frame.h"
 #include "core/geometry.h"
 #include "core/result.h"
 #include "core/time.h"
@@ -19,12 +20,19 @@
 
 namespace roseau::daemon {
 
+/// How a camera's pictures are recorded.
+struct ImageStorageConfig {
+  ImageStorage storage = ImageStorage::raw;
+  int jpeg_quality = 90;
+};
+
 struct CameraConfig {
   std::string name;
   std::string driver;          // "video_file"
   std::filesystem::path path;  // video_file
   double rate_hz = 0;          // video_file: overrides what the file says; 0 = as the file says
   bool grey = false;           // video_file: mono8 instead of bgr8
+  ImageStorageConfig images;   // what it leaves out is as in [recording]
 };
 
 struct SonicConfig {
@@ -50,7 +58,8 @@ struct SimulationConfig {
 struct RecordingConfig {
   std::filesystem::path directory = "recordings";
   bool at_start = false;
-  double memory_mib = 256;  // between the pipeline and the disk
+  double memory_mib = 256;    // between the pipeline and the disk
+  ImageStorageConfig images;  // of all cameras that say nothing else, the simulated rig's included
 };
 
 struct DisplayConfig {

@@ -90,6 +90,7 @@ class Session {
     recorder::RecorderOptions options;
     options.queue_bytes = static_cast<std::uint64_t>(plan_.config.recording.memory_mib * 1024 * 1024);
     options.wait_when_full = is_replay_;
+    options.image_storage = plan_.image_storage;
     options.upstream_counters = [this] { return health_.upstream_counters(); };
     return options;
   }

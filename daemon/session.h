@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -23,8 +24,9 @@ struct SessionPlan {
   Config config;
   std::string mode;  // "live", "demo", "replay"
   std::vector<std::unique_ptr<SampleSource>> sources;
-  std::vector<std::string> cameras;           // devices to track
-  std::vector<OperatorAction> first_actions;  // taken as inputs before anything else: targets a scene knows of
+  std::vector<std::string> cameras;                   // devices to track
+  std::map<std::string, ImageStorage> image_storage;  // of recordings, by camera; others as their streams say
+  std::vector<OperatorAction> first_actions;          // taken as inputs before anything else: targets a scene knows of
   std::set<std::pair<std::string, std::uint32_t>> recorded_skips;
   PlayerControl* player = nullptr;                   // replay only; outlives the session
   std::function<void(bool stay)> stay_at_end;        // replay only: whether its end is waited at, because somebody watches

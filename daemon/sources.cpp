@@ -1,10 +1,13 @@
 #include "daemon/sources.h"
 
+#include <set>
+#include <string>
 #include <utility>
 
 #include "daemon/host_clock.h"
 #include "daemon/scene_file.h"
 #include "drivers/camera/file/video_file.h"
+#include "drivers/camera/jpeg/jpeg_camera.h"
 #include "drivers/led_sync/led_board_source.h"
 #include "drivers/link/link_spec.h"
 #include "drivers/magnetic_tracker/magnetic_tracker_source.h"
@@ -14,6 +17,15 @@
 namespace roseau::daemon {
 
 namespace {
+
+void add_camera(std::unique_ptr<SampleSource> camera, const ImageStorageConfig& images, Sources& sources) {
+  sources.cameras.push_back(camera->name());
+  sources.image_storage[camera->name()] = images.storage;
+  if (images.storage == ImageStorage::jpeg) {
+    camera = std::make_unique<camera::JpegCamera>(std::move(camera), camera::JpegOptions{.quality = images.jpeg_quality});
+  }
+  sources.sources.push_back(std::move(camera));
+}
 
 Result<void> add_cameras(const Config& config, Sources& sources) {
   for (const auto& camera : config.cameras) {
@@ -26,8 +38,7 @@ Result<void> add_cameras(const Config& config, Sources& sources) {
     options.buffer_count = 64;
     auto video = camera::make_video_file(options);
     if (!video) return video.error();
-    sources.cameras.push_back(camera.name);
-    sources.sources.push_back(std::move(*video));
+    add_camera(std::move(*video), camera.images, sources);
   }
   return {};
 }
@@ -59,13 +70,20 @@ Result<void> add_led_boards(const Config& config, Sources& sources) {
   return {};
 }
 
-Result<void> add_simulation(const SimulationConfig& simulation, Sources& sources) {
+Result<void> add_simulation(const SimulationConfig& simulation, const ImageStorageConfig& images, Sources& sources) {
   auto scene = load_scene(simulation.scene, simulation.seed);
   if (!scene) return scene.error();
   const auto rig = synthesis::SimulatedRig::create(*scene);
   if (!rig) return rig.error();
-  sources.sources = rig->live_sources({.now = host_now});
-  for (std::size_t i = 0; i < scene->cameras.size(); ++i) sources.cameras.push_back("camera" + std::to_string(i));
+  std::set<std::string> cameras;
+  for (std::size_t i = 0; i < scene->cameras.size(); ++i) cameras.insert("camera" + std::to_string(i));
+  for (auto& source : rig->live_sources({.now = host_now})) {
+    if (cameras.contains(source->name())) {
+      add_camera(std::move(source), images, sources);
+    } else {
+      sources.sources.push_back(std::move(source));
+    }
+  }
   sources.first_actions = rig->targets();
   return {};
 }
@@ -74,7 +92,8 @@ Result<void> add_simulation(const SimulationConfig& simulation, Sources& sources
 
 Result<Sources> make_sources(const Config& config) {
   Sources sources;
-  auto made = config.simulation ? add_simulation(*config.simulation, sources) : add_cameras(config, sources);
+  auto made =
+      config.simulation ? add_simulation(*config.simulation, config.recording.images, sources) : add_cameras(config, sources);
   if (made) made = add_sonics(config, sources);
   if (made) made = add_magnetic_trackers(config, sources);
   if (made) made = add_led_boards(config, sources);

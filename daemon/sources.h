@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,8 +17,9 @@ namespace roseau::daemon {
 
 struct Sources {
   std::vector<std::unique_ptr<SampleSource>> sources;
-  std::vector<std::string> cameras;           // devices whose frames are tracked
-  std::vector<OperatorAction> first_actions;  // targets that a scene knows of
+  std::vector<std::string> cameras;                   // devices whose frames are tracked
+  std::map<std::string, ImageStorage> image_storage;  // by camera; where it is jpeg, its frames come in that form
+  std::vector<OperatorAction> first_actions;          // targets that a scene knows of
 };
 
 /// Live sources for `run`. Errors name the file or key. Devices that are absent are no error here: the supervisor waits for

@@ -15,6 +15,9 @@ namespace {
 constexpr int kMessagesPerRead = 64;
 constexpr std::size_t kPoolBytes = std::size_t{256} << 20U;
 constexpr std::size_t kFewestFrames = 32;
+// Very large pictures (a broken file may declare some) get fewer.
+constexpr std::size_t kMostPoolBytes = std::size_t{1} << 30U;
+constexpr std::size_t kFewestLargeFrames = 4;
 constexpr std::size_t kMostFrames = 64;
 constexpr std::chrono::milliseconds kPoolWait{1};
 constexpr int kPoolWaits = 2000;
@@ -210,17 +213,30 @@ Result<Sample> SessionSource::parse_waiting(const Input& input, const mcap::Mess
 
   const auto view = schema::parse_frame(message.data, known);
   if (!view) return view.error();
-  const auto make_pool = [this, &view] {
-    const std::size_t count =
-        std::clamp(kPoolBytes / std::max<std::size_t>(view->pixels.size(), 1), kFewestFrames, kMostFrames);
-    frames_ = std::make_unique<FramePool>(count, view->pixels.size());
+  wait_for_buffer(frames_, view->pixel_bytes());
+  auto sample = schema::parse(input.kind, message.data, known, *streams_, frames_.get());
+  if (!sample || view->storage == ImageStorage::raw) return sample;
+  // Recorded again, the picture is to have the form that it has here: coding twice would change it, or be for nothing.
+  wait_for_buffer(stored_, view->coded.size());
+  CodedImage& coded = std::get<Frame>(sample->payload).coded;
+  coded = {.lease = stored_->acquire(), .size = view->coded.size(), .format = view->storage};
+  std::ranges::copy(view->coded, coded.lease.writable_bytes().begin());
+  return sample;
+}
+
+/// Afterwards the pool has a free buffer of at least so many bytes: only this thread takes some.
+void SessionSource::wait_for_buffer(std::unique_ptr<FramePool>& pool, std::size_t bytes) {
+  const auto make_pool = [&pool, bytes] {
+    const std::size_t with_room = bytes + bytes / 4;  // coded pictures differ in size
+    const std::size_t fewest = std::clamp(kMostPoolBytes / with_room, kFewestLargeFrames, kFewestFrames);
+    const std::size_t count = std::clamp(kPoolBytes / with_room, fewest, kMostFrames);
+    pool = std::make_unique<FramePool>(count, with_room);
   };
-  if (frames_ == nullptr || frames_->buffer_bytes() < view->pixels.size()) make_pool();
-  for (int waits = 0; frames_->free_count() == 0; ++waits) {
+  if (pool == nullptr || pool->buffer_bytes() < bytes) make_pool();
+  for (int waits = 0; pool->free_count() == 0; ++waits) {
     if (waits == kPoolWaits) make_pool();
     std::this_thread::sleep_for(kPoolWait);
   }
-  return schema::parse(input.kind, message.data, known, *streams_, frames_.get());
 }
 
 /// False: the session has no more.

@@ -84,6 +84,7 @@ class SessionSource final : public SampleSource {
   bool read_next();
   Result<ReadStatus> at_end(SampleSink& sink, std::chrono::milliseconds timeout);
   void hand_over(SampleSink& sink);
+  static void wait_for_buffer(std::unique_ptr<FramePool>& pool, std::size_t bytes);
   Result<Sample> parse_waiting(const Input& input, const mcap::Message& message);
 
   const std::string name_;
@@ -104,6 +105,7 @@ class SessionSource final : public SampleSource {
   std::optional<mcap::MessageCursor> messages_;  // of the present stretch
   std::optional<mcap::ReadMessage> next_;        // read, not yet due
   std::unique_ptr<FramePool> frames_;
+  std::unique_ptr<FramePool> stored_;  // for frames in their stored form
   std::atomic<bool> stay_at_end_{false};
   bool flushed_ = false;  // at the end, waiting
 };

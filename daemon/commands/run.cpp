@@ -18,6 +18,7 @@ int run_command(const RunArguments& arguments) {
   plan.config = std::move(*config);
   plan.sources = std::move(sources->sources);
   plan.cameras = std::move(sources->cameras);
+  plan.image_storage = std::move(sources->image_storage);
   plan.first_actions = std::move(sources->first_actions);
   plan.arguments = arguments.session;
   return run_session(std::move(plan));

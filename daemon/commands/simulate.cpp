@@ -9,6 +9,7 @@
 #include "daemon/progress.h"
 #include "daemon/scene_file.h"
 #include "daemon/version.h"
+#include "drivers/camera/jpeg/jpeg_camera.h"
 #include "recorder/recorder.h"
 #include "synthesis/simulated_rig.h"
 
@@ -61,7 +62,11 @@ int simulate_command(const SimulateArguments& arguments) {
   const auto rig = synthesis::SimulatedRig::create(*scene);
   if (!rig) return failed(rig.error());
   StreamTable streams;
-  recorder::Recorder recorder(streams, {.wait_when_full = true, .reproducible = true});
+  const auto storage = image_storage_from_string(arguments.image_storage);
+  if (!storage) return failed(storage.error());
+  recorder::RecorderOptions options{.wait_when_full = true, .reproducible = true};
+  for (std::size_t i = 0; i < scene->cameras.size(); ++i) options.image_storage["camera" + std::to_string(i)] = *storage;
+  recorder::Recorder recorder(streams, options);
   recorder::SessionDescription description;
   description.program_version = kVersion;
   description.config_text = scene_config_text();
@@ -71,7 +76,11 @@ int simulate_command(const SimulateArguments& arguments) {
   if (auto opened = recorder.open(arguments.output, description); !opened) return failed(opened.error());
   ProgressSink sink(recorder, arguments.seconds);
   record_targets(*rig, streams, sink);
-  const auto simulated = synthesis::simulate(*rig, arguments.seconds, streams, sink);
+  camera::FrameCoder coder(arguments.jpeg_quality);
+  camera::CodedBuffers buffers;
+  camera::JpegSink jpeg(sink, coder, buffers);
+  SampleSink& entrance = *storage == ImageStorage::jpeg ? static_cast<SampleSink&>(jpeg) : sink;
+  const auto simulated = synthesis::simulate(*rig, arguments.seconds, streams, entrance);
   if (auto closed = recorder.close(); !closed) return failed(closed.error());
   if (!simulated) return failed(simulated.error());
   const auto state = recorder.state();
