@@ -53,6 +53,7 @@ struct AllArguments {
   RecoverArguments recover;
   CutArguments cut;
   MergeArguments merge;
+  ExportArguments export_session;
   EstimateArguments estimate;
   TreeArguments tree;
 };
@@ -187,6 +188,22 @@ void add_rewriters(Commands& commands, AllArguments& all) {
   add_json(merge, all.merge.json);
 }
 
+void add_export(Commands& commands, AllArguments& all) {
+  auto& arguments = all.export_session;
+  auto* sub =
+      commands.add("export", "A session, or a part of it, as CSV, NetCDF, pictures, video or TOA5", arguments, export_command);
+  sub->add_option("session", arguments.file, "Session file (.mcap)")->required();
+  auto* form = sub->add_option_group("form");
+  form->add_option("--csv", arguments.csv, "Directory: one CSV file per topic");
+  form->add_option("--netcdf", arguments.netcdf, "File: NetCDF-CF of wind, displacements, poses and estimates");
+  form->add_option("--frames", arguments.frames, "Directory: pictures as PNG (or JPEG, where stored so) and their times");
+  form->add_option("--video", arguments.video, "File: one camera; .mkv lossless, .mp4 for looking at; true times beside it");
+  form->add_option("--toa5", arguments.toa5, "File: one wind stream as Campbell's loggers write it");
+  form->require_option(1);
+  add_part_options(sub, arguments.part);
+  add_json(sub, arguments.json);
+}
+
 void add_tree(Commands& commands, AllArguments& all) {
   auto& arguments = all.tree;
   auto* sub = commands.add("tree", "Read or grow a tree: its figures, what was mended, glTF", arguments, tree_command);
@@ -231,6 +248,7 @@ int run_command_line(int argc, char** argv) {
   add_tools(commands, arguments);
   add_recover(commands, arguments);
   add_rewriters(commands, arguments);
+  add_export(commands, arguments);
   add_tree(commands, arguments);
   try {
     app.parse(argc, argv);

@@ -112,6 +112,19 @@ struct CutArguments {
 };
 int cut_command(const CutArguments& arguments);
 
+struct ExportArguments {
+  std::filesystem::path file;
+  PartArguments part;
+  // Exactly one of these.
+  std::optional<std::filesystem::path> csv;     // directory
+  std::optional<std::filesystem::path> netcdf;  // file
+  std::optional<std::filesystem::path> frames;  // directory
+  std::optional<std::filesystem::path> video;   // file
+  std::optional<std::filesystem::path> toa5;    // file
+  bool json = false;
+};
+int export_command(const ExportArguments& arguments);
+
 struct MergeArguments {
   std::vector<std::filesystem::path> files;
   std::filesystem::path output;

@@ -19,6 +19,7 @@ Result<std::filesystem::path> plugin_path() {
 
 struct Plugin {
   VideoPluginMakeFunction make = nullptr;
+  VideoPluginMakeWriterFunction make_writer = nullptr;
 };
 
 Result<Plugin> load_plugin() {
@@ -34,19 +35,29 @@ Result<Plugin> load_plugin() {
     return Error{ErrorCode::io, "the plug-in for video files cannot be loaded: " + std::string(::dlerror())};
   const auto version = reinterpret_cast<VideoPluginVersionFunction>(::dlsym(library, kVideoPluginVersionSymbol));
   const auto make = reinterpret_cast<VideoPluginMakeFunction>(::dlsym(library, kVideoPluginMakeSymbol));
-  if (version == nullptr || make == nullptr || version() != kVideoPluginVersion) {
+  const auto make_writer = reinterpret_cast<VideoPluginMakeWriterFunction>(::dlsym(library, kVideoPluginMakeWriterSymbol));
+  if (version == nullptr || make == nullptr || make_writer == nullptr || version() != kVideoPluginVersion) {
     return Error{ErrorCode::unsupported,
                  "the plug-in " + path->string() + " belongs to another version of roseau: install roseau again"};
   }
-  return Plugin{make};
+  return Plugin{make, make_writer};
+}
+
+const Result<Plugin>& plugin() {
+  static const Result<Plugin> loaded = load_plugin();
+  return loaded;
 }
 
 }  // namespace
 
 Result<std::unique_ptr<VideoFile>> make_video_file(const VideoFileOptions& options) {
-  static const Result<Plugin> plugin = load_plugin();
-  if (!plugin) return plugin.error();
-  return std::unique_ptr<VideoFile>(plugin->make(options));
+  if (!plugin()) return plugin().error();
+  return std::unique_ptr<VideoFile>(plugin()->make(options));
+}
+
+Result<std::unique_ptr<VideoWriter>> make_video_writer(const VideoWriterOptions& options) {
+  if (!plugin()) return plugin().error();
+  return std::unique_ptr<VideoWriter>(plugin()->make_writer(options));
 }
 
 }  // namespace roseau::camera

@@ -11,6 +11,17 @@ namespace roseau::recorder {
 
 namespace {
 
+constexpr std::uint64_t kMostWindBytes = std::uint64_t{256} << 20U;
+
+/// Bytes of the blocks that hold the channel.
+std::uint64_t spread(mcap::IndexedReader& reader, std::uint16_t channel) {
+  std::uint64_t bytes = 0;
+  for (const auto& block : reader.index().blocks) {
+    if (!block.channels || std::ranges::binary_search(*block.channels, channel)) bytes += block.length;
+  }
+  return bytes;
+}
+
 /// Time of the last message of a channel: somewhere in the last blocks that may hold it.
 Result<std::optional<HostTime>> last_time(mcap::IndexedReader& reader, std::uint16_t channel) {
   // Blocks are ordered by their start; one that starts earlier may end later, so all whose end reaches the latest start of
@@ -95,7 +106,7 @@ Result<void> read_streams(mcap::IndexedReader& reader, SessionReport& report) {
     }
     if (const auto found = counters->find(channel.topic); found != counters->end()) stream.counters = found->second;
     if (auto span = read_span(reader, id, stream); !span) return span;
-    if (stream.unreadable.empty() && stream.info.kind == to_string(SampleKind::wind)) {
+    if (stream.unreadable.empty() && stream.info.kind == to_string(SampleKind::wind) && spread(reader, id) < kMostWindBytes) {
       auto wind = read_wind(reader, id, stream.info);
       if (!wind) return wind.error().with_context(channel.topic);
       report.winds.push_back(std::move(*wind));
@@ -109,7 +120,7 @@ Result<void> read_streams(mcap::IndexedReader& reader, SessionReport& report) {
 
 }  // namespace
 
-Result<SessionReport> inspect_session(const std::filesystem::path& path) {
+Result<SessionReport> inspect_session(const std::filesystem::path& path, std::size_t slices) {
   auto reader = mcap::IndexedReader::open(path);
   if (!reader) return reader.error();
   const auto& index = (*reader)->index();
@@ -130,6 +141,9 @@ Result<SessionReport> inspect_session(const std::filesystem::path& path) {
     report.session = std::move(*info);
   }
   if (auto streams = read_streams(**reader, report); !streams) return streams.error().with_context(path.string());
+  auto timeline = make_timeline(path, **reader, slices);
+  if (!timeline) return timeline.error().with_context(path.string());
+  report.timeline = std::move(*timeline);
   return report;
 }
 

@@ -14,6 +14,7 @@
 #include "core/time.h"
 #include "core/wind_statistics.h"
 #include "recorder/format/topics.h"
+#include "recorder/tools/inspect/timeline.h"
 
 namespace roseau::recorder {
 
@@ -46,9 +47,12 @@ struct SessionReport {
   std::vector<StreamReport> streams;  // by topic
   std::vector<WindReport> winds;
   std::vector<std::pair<std::string, std::uint64_t>> attachments;  // name, bytes
+  Timeline timeline;
 };
 
-Result<SessionReport> inspect_session(const std::filesystem::path& path);
+/// `slices`: of the timeline. The wind's statistics need every wind sample: they are left out where these are spread over more
+/// than some hundred megabytes.
+Result<SessionReport> inspect_session(const std::filesystem::path& path, std::size_t slices = 60);
 
 std::string to_text(const SessionReport& report);
 std::string to_json(const SessionReport& report);

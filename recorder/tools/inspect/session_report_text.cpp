@@ -62,7 +62,41 @@ Json stream_json(const StreamReport& stream, HostTime begin) {
                         {"gaps", counters.gaps},         {"bad", counters.bad},           {"late", counters.late}};
   }
   if (!stream.unreadable.empty()) json["unreadable"] = stream.unreadable;
+  if (stream.counters && stream.counters->dropped > 0) {
+    const auto& c = *stream.counters;
+    json["dropped_by_stage"] = {
+        {"intake", c.dropped_intake}, {"queue", c.dropped_queue}, {"encoder", c.dropped_encoder}, {"write", c.dropped_write}};
+  }
   json["metadata"] = stream.info.metadata;
+  return json;
+}
+
+}  // namespace
+
+namespace {
+
+/// Where samples were lost, for streams that lost any.
+std::string drops_text(const SessionReport& report) {
+  std::string text;
+  for (const auto& stream : report.streams) {
+    const auto c = stream.counters.value_or(StreamCounters{});
+    const std::pair<const char*, std::uint64_t> stages[] = {{"between device and sequencer", c.dropped_intake},
+                                                            {"for a slow disk", c.dropped_queue},
+                                                            {"by the image encoder", c.dropped_encoder},
+                                                            {"by failed writes", c.dropped_write}};
+    for (const auto& [where, count] : stages) {
+      if (count > 0) text += fmt::format("dropped: {} of {} {}\n", count, stream.info.topic, where);
+    }
+  }
+  return text.empty() ? text : "\n" + text;
+}
+
+Json timeline_json(const Timeline& timeline) {
+  Json json = {{"slice_s", timeline.slice_s()}, {"lines", Json::object()}, {"marks", Json::array()}};
+  for (const auto& line : timeline.lines) json["lines"][line.topic] = line_text(line, TimelineStyle::ascii);
+  for (const auto& mark : timeline.marks) {
+    json["marks"].push_back({{"time_s", mark.time_s}, {"trigger", mark.is_trigger}, {"text", mark.text}});
+  }
   return json;
 }
 
@@ -74,6 +108,9 @@ std::string to_text(const SessionReport& report) {
   if (const auto begin = civil_time(report, report.begin)) text += fmt::format(", from {}", *begin);
   if (!report.session.program_version.empty()) text += fmt::format(", by roseau {}", report.session.program_version);
   text += "\n";
+  if (!report.session.session_id.empty()) {
+    text += fmt::format("part {} of session {}\n", report.session.part, report.session.session_id);
+  }
   for (const auto& damage : report.damage) text += fmt::format("damaged: {}\n", damage);
   text += fmt::format("\n{:<46} {:<18} {:>9} {:>9} {:>6} {:>7}\n", "stream", "kind", "messages", "rate/s", "gaps", "dropped");
   for (const auto& stream : report.streams) {
@@ -83,6 +120,7 @@ std::string to_text(const SessionReport& report) {
                         counters.gaps, counters.dropped);
     if (!stream.unreadable.empty()) text += fmt::format("  cannot be read: {}\n", stream.unreadable);
   }
+  text += drops_text(report);
   for (const auto& wind : report.winds) text += "\n" + wind_text(wind);
   for (const auto& [name, bytes] : report.attachments) text += fmt::format("\nattached: {} ({})", name, size_text(bytes));
   return text + "\n";
@@ -97,6 +135,11 @@ std::string to_json(const SessionReport& report) {
                {"schema_version", report.session.schema_version},
                {"duration_s", to_seconds(report.end - report.begin)}};
   if (const auto begin = civil_time(report, report.begin)) json["begin_utc"] = *begin;
+  if (!report.session.session_id.empty()) {
+    json["session_id"] = report.session.session_id;
+    json["part"] = report.session.part;
+  }
+  json["timeline"] = timeline_json(report.timeline);
   json["session"] = report.session.other;
   json["streams"] = Json::object();
   for (const auto& stream : report.streams) json["streams"][stream.info.topic] = stream_json(stream, report.begin);
