@@ -11,10 +11,10 @@ namespace roseau::recorder {
 
 namespace {
 
-std::string text_of(const Cell& cell) {
-  if (const auto* number = std::get_if<double>(&cell)) return std::isnan(*number) ? "" : fmt::format("{}", *number);
-  if (const auto* integer = std::get_if<std::int64_t>(&cell)) return fmt::format("{}", *integer);
-  return csv_field(std::get<std::string>(cell));
+std::string text_of(const Field& field) {
+  if (const auto* number = std::get_if<double>(&field)) return std::isnan(*number) ? "" : fmt::format("{}", *number);
+  if (const auto* integer = std::get_if<std::int64_t>(&field)) return fmt::format("{}", *integer);
+  return csv_field(std::get<std::string>(field));
 }
 
 /// One topic's file.
@@ -37,7 +37,7 @@ class CsvFile {
                     part.seconds(header.arrival_time), header.sequence, header.status);
     for (const auto& row : rows_of(sample)) {
       std::string line = front;
-      for (const Cell& cell : row) line += "," + text_of(cell);
+      for (const Field& field : row) line += "," + text_of(field);
       if (auto written = file_.write(line + "\r\n"); !written) return written;
       ++rows_;
     }

@@ -49,9 +49,9 @@ struct EarthWind {
   }
 };
 
-double number_of(const Cell& cell) {
-  if (const auto* number = std::get_if<double>(&cell)) return *number;
-  return static_cast<double>(std::get<std::int64_t>(cell));
+double number_of(const Field& field) {
+  if (const auto* number = std::get_if<double>(&field)) return *number;
+  return static_cast<double>(std::get<std::int64_t>(field));
 }
 
 std::string unit_of(const Column& column, LengthUnit length) {
@@ -194,7 +194,7 @@ class StreamVariables {
   }
 
   /// Markers are found by name: a sample may hold them in another order, or not all.
-  double value(const std::vector<std::vector<Cell>>& rows, std::size_t item, std::size_t column) const {
+  double value(const std::vector<std::vector<Field>>& rows, std::size_t item, std::size_t column) const {
     if (stream_.kind != SampleKind::marker_positions)
       return item < rows.size() ? number_of(rows[item].at(column)) : kNotMeasured;
     if (item < rows.size() && std::get<std::string>(rows[item].front()) == items_[item])

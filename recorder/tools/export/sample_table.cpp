@@ -10,21 +10,21 @@ namespace roseau::recorder {
 
 namespace {
 
-using Row = std::vector<Cell>;
+using Row = std::vector<Field>;
 using Rows = std::vector<Row>;
 
 template <class T>
   requires std::is_integral_v<T>
-Cell cell(T value) {
+Field field(T value) {
   return static_cast<std::int64_t>(value);
 }
-Cell cell(double value) { return value; }
-Cell cell(const std::string& value) { return value; }
-Cell cell(std::string_view value) { return std::string(value); }
+Field field(double value) { return value; }
+Field field(const std::string& value) { return value; }
+Field field(std::string_view value) { return std::string(value); }
 
 template <class... Values>
 Row row(const Values&... values) {
-  return {cell(values)...};
+  return {field(values)...};
 }
 
 /// Bytes as text: what is printable as it is, the rest as \x02.
@@ -316,7 +316,7 @@ const std::array<std::vector<Column>, kSampleKindCount>& all_columns() {
 
 const std::vector<Column>& columns_of(SampleKind kind) { return all_columns().at(static_cast<std::size_t>(kind)); }
 
-std::vector<std::vector<Cell>> rows_of(const Sample& sample) {
+std::vector<std::vector<Field>> rows_of(const Sample& sample) {
   auto all = std::visit([](const auto& payload) { return rows(payload); }, sample.payload);
   for (const auto& one : all) ROSEAU_CHECK(one.size() == columns_of(sample.kind()).size());
   return all;

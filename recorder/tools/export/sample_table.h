@@ -10,7 +10,7 @@
 
 namespace roseau::recorder {
 
-using Cell = std::variant<double, std::int64_t, std::string>;
+using Field = std::variant<double, std::int64_t, std::string>;
 
 struct Column {
   std::string name;         // with its unit: "u_mps"
@@ -22,6 +22,6 @@ struct Column {
 const std::vector<Column>& columns_of(SampleKind kind);
 
 /// The rows of one sample: one, or one for each thing that it holds.
-std::vector<std::vector<Cell>> rows_of(const Sample& sample);
+std::vector<std::vector<Field>> rows_of(const Sample& sample);
 
 }  // namespace roseau::recorder

@@ -58,7 +58,7 @@ TEST_F(ExportTest, CsvHasOneFilePerTopicWithNamesUnitsAndTimes) {
             "utc,time_s,arrival_s,sequence,status,u_mps,v_mps,w_mps,sonic_temperature_celsius,speed_of_sound_mps,device_status,"
             "valid\r");
   // 1.7e9 s civil at host time 0, the session begins at 1000 s, the sample time is 1 ms before the arrival.
-  EXPECT_THAT(rows[1], StartsWith("2023-11-14T22:29:59.999"));
+  EXPECT_THAT(rows[1], StartsWith("2023-11-14T22:30:00.999"));
   EXPECT_THAT(rows[1], HasSubstr(",20,0,2,-1,0.25,20,343,0,1\r"));
   EXPECT_TRUE(std::filesystem::exists(path("csv") / "camera0_image.csv"));
 }
