@@ -2,10 +2,17 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "core/time.h"
 
 namespace roseau {
+
+/// What was marked or noted when the session that is replayed was recorded.
+struct RecordedMark {
+  HostTime time;
+  std::string text;
+};
 
 struct PlayerState {
   bool playing = true;

@@ -198,6 +198,7 @@ class Session {
     options.mode = plan_.mode;
     options.version = kVersion;
     options.civil_from_host = utc_minus_host_time_;
+    options.marks = plan_.marks;
     display::DisplayCallbacks callbacks;
     callbacks.on_action = [this](const OperatorAction& action) { return act(action); };
     auto server = std::make_unique<display::DisplayServer>(options, streams_, std::move(callbacks), plan_.player);

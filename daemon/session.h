@@ -30,6 +30,7 @@ struct SessionPlan {
   std::set<std::pair<std::string, std::uint32_t>> recorded_skips;
   PlayerControl* player = nullptr;                   // replay only; outlives the session
   std::function<void(bool stay)> stay_at_end;        // replay only: whether its end is waited at, because somebody watches
+  std::vector<RecordedMark> marks;                   // replay only: for whoever watches
   std::optional<Duration> utc_minus_host_time;       // known from a recording; else taken from the system's clock
   double expected_duration_s = 0;                    // for the progress bar; 0: unknown
   std::optional<std::filesystem::path> record_file;  // record into exactly this file

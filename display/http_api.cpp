@@ -187,6 +187,12 @@ std::string streams_json(const StreamTable& streams) {
   return dump({{"streams", std::move(list)}});
 }
 
+std::string marks_json(const std::vector<RecordedMark>& marks) {
+  json list = json::array();
+  for (const RecordedMark& mark : marks) list.push_back({{"time_ns", std::to_string(to_ns(mark.time))}, {"text", mark.text}});
+  return dump({{"marks", std::move(list)}});
+}
+
 std::string error_json(std::string_view message) { return dump({{"error", std::string(message)}}); }
 
 std::optional<ChannelId> channel_in_query(std::string_view target) {

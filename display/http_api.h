@@ -2,6 +2,7 @@
 //
 //   GET  /api/state           the display's own state (also pushed on the channel /display/state)
 //   GET  /api/streams         what every stream is: topic, kind, role, device, metadata, channel
+//   GET  /api/marks           what was marked when the session that is replayed was recorded
 //   GET  /api/history?channel=ID   what is kept of a channel (hub.h says in what form)
 //   POST /api/action   {"kind": "mark"|"note"|"add_target"|"remove_target"|"start_recording"|"stop_recording"|"trigger",
 //                       "text": "...", "camera": "camera0", "region": {"x": 0, "y": 0, "width": 0, "height": 0}}
@@ -58,6 +59,7 @@ struct DisplayState {
 };
 std::string state_json(const DisplayState& state);
 std::string streams_json(const StreamTable& streams);
+std::string marks_json(const std::vector<RecordedMark>& marks);
 std::string error_json(std::string_view message);
 
 /// The value of `name` in the target's query as a channel number.

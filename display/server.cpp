@@ -204,6 +204,7 @@ class DisplayServer::Impl final : public WebHandler {
     const std::string_view path = path_of(request);
     if (path == "/api/state") return json_response(200, state_json(state()));
     if (path == "/api/streams") return json_response(200, streams_json(streams_));
+    if (path == "/api/marks") return json_response(200, marks_json(options_.marks));
     if (path == "/api/history") return on_history(request);
     return on_file(request);
   }

@@ -44,6 +44,8 @@ struct DisplayOptions {
   std::size_t inbox_capacity = 8192;          // small messages waiting for the display's thread
   std::size_t client_budget_bytes = 8 << 20;  // small messages waiting for one viewer
 
+  std::vector<RecordedMark> marks;  // replay: shown on the slider of time
+
   /// Hosted viewers that may watch from a browser (Origin), beside the page itself, loopback and desktop programs.
   std::vector<std::string> viewer_origins = {"https://app.foxglove.dev"};
 };

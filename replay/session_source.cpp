@@ -73,7 +73,8 @@ Result<void> SessionSource::read_session() {
   end_ = mcap::host_time_from(index.statistics.message_end_time_ns);
   pacer_ = std::make_unique<Pacer>(begin_, end_, options_.speed, options_.now);
   if (auto texts = read_texts(); !texts) return texts;
-  return read_skips();
+  if (auto skips = read_skips(); !skips) return skips;
+  return read_marks();
 }
 
 Result<void> SessionSource::read_texts() {
@@ -90,24 +91,38 @@ Result<void> SessionSource::read_texts() {
   return {};
 }
 
-/// Skips are needed before the frames they are about, which they follow in the file.
-Result<void> SessionSource::read_skips() {
+/// All samples of one kind among the inputs, ahead of the replay: there are few of these.
+Result<void> SessionSource::read_all(SampleKind kind, const std::function<void(const Sample&, const StreamTable&)>& take) {
   mcap::MessageQuery query;
-  query.channels.emplace();
-  for (const auto& [id, input] : inputs_) {
-    if (input.kind == SampleKind::skip) query.channels->push_back(id);
-  }
+  query.channels = channels_of([kind](SampleKind one) { return one == kind; });
   if (query.channels->empty()) return {};
   StreamTable streams;
   for (const auto& [id, input] : inputs_) streams.add(input.info);
   auto messages = reader_->messages(std::move(query));
   for (auto message = messages.next(); message && *message; message = messages.next()) {
-    const auto sample = schema::parse(SampleKind::skip, (*message)->message.data, {}, streams);
+    SampleHeader known;
+    known.sample_time = mcap::host_time_from((*message)->message.publish_time_ns);
+    const auto sample = schema::parse(kind, (*message)->message.data, known, streams);
     if (!sample) return sample.error();
-    const auto& skip = std::get<Skip>(sample->payload);
-    skips_.emplace(streams.info(skip.stream).topic, skip.sequence);
+    take(*sample, streams);
   }
   return {};
+}
+
+/// Skips are needed before the frames they are about, which they follow in the file.
+Result<void> SessionSource::read_skips() {
+  return read_all(SampleKind::skip, [this](const Sample& sample, const StreamTable& streams) {
+    const auto& skip = std::get<Skip>(sample.payload);
+    skips_.emplace(streams.info(skip.stream).topic, skip.sequence);
+  });
+}
+
+Result<void> SessionSource::read_marks() {
+  return read_all(SampleKind::operator_action, [this](const Sample& sample, const StreamTable&) {
+    const auto& action = std::get<OperatorAction>(sample.payload);
+    const bool is_mark = action.kind == OperatorAction::Kind::mark || action.kind == OperatorAction::Kind::note;
+    if (is_mark) marks_.push_back({sample.header.sample_time, action.text});
+  });
 }
 
 std::vector<std::string> SessionSource::cameras() const {

@@ -59,6 +59,8 @@ class SessionSource final : public SampleSource {
   const mcap::SessionInfo& info() const { return info_; }
   /// Frames that were skipped when this was recorded: (topic, sequence).
   const std::set<std::pair<std::string, std::uint32_t>>& skips() const { return skips_; }
+  /// In their order.
+  const std::vector<RecordedMark>& marks() const { return marks_; }
   Duration duration() const { return end_ - begin_; }
   /// The streams played.
   std::vector<StreamInfo> inputs() const;
@@ -77,6 +79,8 @@ class SessionSource final : public SampleSource {
   Result<void> read_session();
   Result<void> read_texts();
   Result<void> read_skips();
+  Result<void> read_marks();
+  Result<void> read_all(SampleKind kind, const std::function<void(const Sample&, const StreamTable&)>& take);
   void start_at(HostTime place);
   void add_stretch(const std::vector<std::uint16_t>& channels, HostTime begin, HostTime end);
   std::map<std::uint16_t, HostTime> last_frames_until(HostTime place);
@@ -95,6 +99,7 @@ class SessionSource final : public SampleSource {
   std::string config_text_;
   std::string site_text_;
   std::set<std::pair<std::string, std::uint32_t>> skips_;
+  std::vector<RecordedMark> marks_;
   std::map<std::uint16_t, Input> inputs_;  // by channel id
   HostTime begin_;
   HostTime end_;

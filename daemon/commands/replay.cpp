@@ -46,6 +46,7 @@ Result<SessionPlan> make_replay_plan(const ReplayArguments& arguments) {
   plan.cameras = (*source)->cameras();
   plan.recorded_skips = (*source)->skips();
   plan.player = &(*source)->player();
+  plan.marks = (*source)->marks();
   plan.stay_at_end = [replayed = source->get()](bool stay) { replayed->stay_at_end(stay); };
   plan.utc_minus_host_time = (*source)->info().utc_minus_host_time;
   plan.expected_duration_s = arguments.loop ? 0 : to_seconds((*source)->duration());

@@ -3,6 +3,8 @@
 //
 //   display_demo [--port N] [--for SECONDS] [--trouble] [--settling] [--no-target] [--replay] [--web DIR]
 //
+// --replay: of ten minutes, with two marks; it can be sought, and paused it shows one moment.
+//
 // Prints "http://127.0.0.1:PORT" when it serves. --trouble: a silent sonic, gaps, a lost target, a full disk.
 #include <algorithm>
 #include <atomic>
@@ -129,15 +131,23 @@ class Player final : public PlayerControl {
   void seek(HostTime time) override {
     set([time](PlayerState& state) {
       state.position = std::clamp(time, state.begin, state.end);
-      state.jumps_done = ++state.jumps;
+      ++state.jumps;
     });
+  }
+  /// Where to go on, once after each seek.
+  std::optional<HostTime> take_seek() {
+    const std::scoped_lock lock(mutex_);
+    if (std::exchange(state_.jumps_done, state_.jumps) == state_.jumps) return std::nullopt;
+    return state_.position;
   }
   PlayerState state() const override {
     const std::scoped_lock lock(mutex_);
     return state_;
   }
   void set_position(HostTime time) {
-    set([time](PlayerState& state) { state.position = time; });
+    set([time](PlayerState& state) {
+      if (state.jumps == state.jumps_done) state.position = time;
+    });
   }
   void set_range(HostTime begin, HostTime end) {
     set([begin, end](PlayerState& state) {
@@ -178,6 +188,7 @@ class Demo {
   int run() {
     begin_ = now();
     player_.set_range(begin_, begin_ + 600s);
+    options_.display.marks = {{begin_ + 95s, "gust"}, {begin_ + 400s, "lull"}};
     display::DisplayServer server(options_.display, streams_,
                                   {[this](const OperatorAction& action) { return on_action(action); }},
                                   options_.replay ? &player_ : nullptr);
@@ -191,6 +202,14 @@ class Demo {
     server_ = &server;
     constexpr double kStep_s = 1.0 / 60;
     for (std::int64_t step = 0; !stop_requested && static_cast<double>(step) * kStep_s < options_.seconds;) {
+      if (const auto place = player_.take_seek()) {
+        const auto sought = static_cast<std::int64_t>(to_seconds(*place - begin_) / kStep_s);
+        pause_ -= from_seconds(static_cast<double>(sought - step) * kStep_s);
+        // Both cameras' pictures come at every other step.
+        step = sought - sought % 2;
+        server.restart();
+        tick(step, static_cast<double>(step) * kStep_s);
+      }
       if (options_.replay && !player_.state().playing) {
         std::this_thread::sleep_for(20ms);
         pause_ += 20ms;
@@ -242,7 +261,14 @@ class Demo {
   Result<void> on_action(const OperatorAction& action) {
     const std::scoped_lock lock(mutex_);
     if (action.kind == OperatorAction::Kind::start_recording) recording_since_ = now();
-    if (action.kind == OperatorAction::Kind::stop_recording) recording_since_.reset();
+    if (action.kind == OperatorAction::Kind::trigger && !recording_since_) {
+      recording_since_ = now() - kPast;
+      triggered_ = now();
+    }
+    if (action.kind == OperatorAction::Kind::stop_recording) {
+      recording_since_.reset();
+      triggered_.reset();
+    }
     if (action.kind == OperatorAction::Kind::remove_target) {
       return Error{ErrorCode::not_found, "there is no target \"" + action.text + "\""};
     }
@@ -399,7 +425,18 @@ class Demo {
                            "silent for " + std::to_string(static_cast<int>(t_s) - 6) +
                                " s: check its cable and its power; trying again every 2 s"};
     }
+    if (triggered_ && time - *triggered_ > kAfter) {
+      triggered_.reset();
+      recording_since_.reset();
+    }
+    if (!recording_since_) health.pre_trigger_s = to_seconds(kPast);
     if (recording_since_) {
+      health.recording_phase = triggered_ ? RecordingPhase::post_trigger : RecordingPhase::recording;
+      health.recording_cause = triggered_ ? "trigger gust" : "operator";
+      if (triggered_) health.recording_ends_s = to_seconds(*triggered_ + kAfter - time);
+      health.recording_part = 3;
+      health.disk_free_s = trouble ? 400 : 18'600;
+      health.copy = {.directory = "/mnt/second", .state = DeviceState::running, .behind_bytes = 12'000'000};
       health.recording_path = "/data/storm-03.mcap";
       health.recording_s = to_seconds(time - *recording_since_);
       health.recorded_bytes = static_cast<std::uint64_t>(health.recording_s * 78e6);
@@ -436,7 +473,10 @@ class Demo {
   Duration pause_{0};
   std::atomic<std::uint32_t> sequence_{0};
   std::mutex mutex_;
+  static constexpr Duration kPast = 10s;   // what a trigger gets of the time before it
+  static constexpr Duration kAfter = 20s;  // and after
   std::optional<HostTime> recording_since_;
+  std::optional<HostTime> triggered_;
 };
 
 Result<Options> parse(int argc, char** argv) {

@@ -41,6 +41,9 @@ class TwoCameras : public SampleSource {
   }
   void close() override {}
 
+ protected:
+  void rewind() { next_ = 0; }
+
  private:
   std::string name_ = "recording";
   int frames_;
@@ -163,6 +166,97 @@ TEST(Pipeline, OperatorActionsAreInputs) {
   pipeline.add_source(std::make_unique<TwoCameras>(1, false));
   pipeline.run({});
   EXPECT_EQ(marks, std::vector<std::string>{"gust"});
+}
+
+/// A recording of two cameras, told what to do: frames up to a number, then a jump back to the begin, and so on.
+class Jumping : public TwoCameras {
+ public:
+  struct Round {
+    int frames = 0;
+    ReadStatus ends_with = ReadStatus::finished;
+  };
+  explicit Jumping(std::vector<Round> rounds) : TwoCameras(1'000'000, false), rounds_(std::move(rounds)) {}
+  Result<ReadStatus> read(SampleSink& sink, milliseconds timeout) override {
+    const Round& round = rounds_.at(round_);
+    if (given_ < round.frames) {
+      ++given_;
+      return TwoCameras::read(sink, timeout);
+    }
+    given_ = 0;
+    ++round_;
+    rewind();
+    return round.ends_with;
+  }
+
+ private:
+  std::vector<Round> rounds_;
+  std::size_t round_ = 0;
+  int given_ = 0;
+};
+
+/// Everything that came out of each place, between jumps, and whether the place came out whole.
+struct Places {
+  struct Place {
+    std::vector<std::pair<std::string, std::uint32_t>> analysed;
+    bool whole = true;
+  };
+  std::vector<Place> places{1};
+};
+
+Places run_jumping(std::vector<Jumping::Round> rounds, milliseconds pause) {
+  StreamTable streams;
+  Places result;
+  Pipeline::Hooks hooks;
+  hooks.analysed = [&](const Sample& sample, HostTime) {
+    EXPECT_EQ(sample.header.status & kStatusLate, 0) << "no sequencer ever sees time go back";
+    result.places.back().analysed.emplace_back(streams.info(sample.header.stream).topic, sample.header.sequence);
+  };
+  hooks.restarted = [&](bool whole) {
+    result.places.back().whole = whole;
+    result.places.emplace_back();
+  };
+  Pipeline pipeline(
+      {.ring_capacity = 8, .skip_after_frames = 0}, streams, [](const StreamInfo&, StreamTable&) { return nullptr; },
+      [&] {
+        Pipeline::Stages stages{.trackers = {}, .estimation = std::make_unique<Silent>()};
+        for (const std::string device : {"camera0", "camera1"}) {
+          stages.trackers.push_back({device, std::make_unique<FrameEcho>(streams, device, pause)});
+        }
+        return stages;
+      },
+      std::move(hooks));
+  pipeline.add_source(std::make_unique<Jumping>(std::move(rounds)));
+  pipeline.run({});
+  return result;
+}
+
+TEST(Pipeline, EveryRoundOfALoopComesOutWholeAndTheSame) {
+  const auto places =
+      run_jumping({{20, ReadStatus::round_ended}, {20, ReadStatus::round_ended}, {20, ReadStatus::finished}}, milliseconds(0))
+          .places;
+  ASSERT_EQ(places.size(), 3U);
+  EXPECT_EQ(places[0].analysed.size(), 40U);
+  for (const auto& place : places) {
+    EXPECT_TRUE(place.whole);
+    EXPECT_EQ(place.analysed, places[0].analysed);
+  }
+}
+
+TEST(Pipeline, AJumpThrowsAwayWhatIsUnderWayAndStartsAnew) {
+  const auto fresh = run_jumping({{20, ReadStatus::finished}}, milliseconds(0));
+  const auto places = run_jumping({{60, ReadStatus::jumped}, {20, ReadStatus::finished}}, milliseconds(3)).places;
+  ASSERT_EQ(places.size(), 2U);
+  EXPECT_FALSE(places[0].whole);
+  EXPECT_LT(places[0].analysed.size(), 120U) << "tracking was far behind: nobody waits for it";
+  EXPECT_EQ(places[1].analysed, fresh.places[0].analysed);
+}
+
+TEST(Pipeline, ManyJumpsInARow) {
+  std::vector<Jumping::Round> rounds(50, {3, ReadStatus::jumped});
+  rounds.push_back({5, ReadStatus::finished});
+  const auto result = run_jumping(rounds, milliseconds(0));
+  ASSERT_EQ(result.places.size(), 51U);
+  EXPECT_EQ(result.places.back().analysed.size(), 10U);
 }
 
 }  // namespace

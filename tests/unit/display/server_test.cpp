@@ -27,10 +27,20 @@ class FakePlayer final : public PlayerControl {
   void play() override { playing = true; }
   void pause() override { playing = false; }
   void set_speed(double value) override { speed = value; }
-  void seek(HostTime time) override { position_ns = to_ns(time); }
-  PlayerState state() const override {
-    return {.playing = playing, .speed = speed, .position = host_time_from_ns(position_ns)};
+  void seek(HostTime time) override {
+    position_ns = to_ns(time);
+    ++jumps;
   }
+  PlayerState state() const override {
+    return {.playing = playing,
+            .speed = speed,
+            .position = host_time_from_ns(position_ns),
+            .end = HostTime(100s),
+            .jumps = jumps,
+            .jumps_done = jumps_done};
+  }
+  std::atomic<std::uint64_t> jumps{0};
+  std::atomic<std::uint64_t> jumps_done{0};
   std::atomic<std::int64_t> position_ns{7};
   std::atomic<bool> playing{true};
   std::atomic<double> speed{1};
@@ -47,6 +57,7 @@ class ServerTest : public ::testing::Test {
   std::uint16_t start(PlayerControl* replayed = nullptr) {
     DisplayOptions options{.port = 0, .web_root = web.path(), .session_name = "storm"};
     options.client_budget_bytes = budget_bytes;
+    options.marks = marks;
     server = std::make_unique<DisplayServer>(
         options, streams, DisplayCallbacks{[this](const OperatorAction& action) { return on_action(action); }}, replayed);
     const auto port = server->start();
@@ -94,6 +105,7 @@ class ServerTest : public ::testing::Test {
   FramePool pool{8, 1280 * 1024};
   std::size_t budget_bytes = 1 << 20;
   FakePlayer player;
+  std::vector<RecordedMark> marks;
   std::vector<OperatorAction> actions;  // written in the server's thread, read after its answer
   std::unique_ptr<DisplayServer> server;
 };
@@ -190,6 +202,110 @@ TEST_F(ServerTest, HandsActionsOnAndTellsWhatWentWrong) {
 TEST_F(ServerTest, RefusesABodyThatIsTooLarge) {
   LoopbackClient client(start());
   EXPECT_EQ(client.request("POST", "/api/action", kJson, std::string(100'000, 'x')).status, 413);
+}
+
+/// Pause at speed 2, seek to `time_ns`, "r1".
+std::string control_request(std::uint64_t time_ns) {
+  std::string bytes("\x03\x01\0\0\0\x40\x01", 7);
+  for (int shift = 0; shift < 64; shift += 8) bytes.push_back(static_cast<char>((time_ns >> shift) & 0xff));
+  return bytes + std::string("\x02\0\0\0r1", 6);
+}
+
+/// The next binary message that begins with `opcode`; others are passed over.
+std::string read_binary_with(LoopbackClient& client, char opcode) {
+  // The time comes twenty times a second whatever else does: after ten seconds nothing more is expected.
+  for (int i = 0; i < 250; ++i) {
+    const auto message = client.read_message();
+    if (message && message->opcode == 2 && message->payload.front() == opcode) return message->payload;
+  }
+  ADD_FAILURE() << "no binary message with opcode " << int{opcode};
+  return std::string(64, '\0');
+}
+
+TEST_F(ServerTest, AViewerDrivesTheReplayAndIsToldSo) {
+  const auto client = viewer(start(&player), channel_of(wind));
+  client->send_frame(2, control_request(9'000));
+  std::string told;
+  do {
+    told = read_binary_with(*client, '\x05');
+  } while (!told.ends_with("r1"));
+  EXPECT_EQ(told, std::string("\x05\x01\x28\x23\0\0\0\0\0\0\0\0\0\x40\x01\x02\0\0\0r1", 21)) << "paused at 9000 ns, speed 2";
+  EXPECT_FALSE(player.playing);
+  EXPECT_DOUBLE_EQ(player.speed, 2);
+  EXPECT_EQ(player.position_ns, 9'000);
+  // It goes on telling, to nobody in particular and of no seek.
+  told = read_binary_with(*client, '\x05');
+  EXPECT_EQ(told.substr(14), std::string("\0\0\0\0\0", 5));
+}
+
+TEST_F(ServerTest, FromASeekOnNothingIsShownOfThePlaceBefore) {
+  const std::uint16_t port = start(&player);
+  const auto client = viewer(port, channel_of(wind));
+  server->publish(wind_sample(1), host_time_from_ns(1));
+  EXPECT_EQ(read_binary_with(*client, '\x01').substr(5, 1), "\x01");
+  client->send_frame(2, control_request(9'000));
+  while (!read_binary_with(*client, '\x05').ends_with("r1")) {
+  }
+  // The pipeline has not followed yet: what it still gives is of the place before.
+  server->publish(wind_sample(2), host_time_from_ns(2));
+  player.jumps_done = 1;
+  server->restart();
+  server->publish(wind_sample(3), host_time_from_ns(3));
+  EXPECT_EQ(read_binary_with(*client, '\x01').substr(5, 1), "\x03");
+  LoopbackClient other(port);
+  const auto history = other.request("GET", "/api/history?channel=" + std::to_string(channel_of(wind))).body;
+  ASSERT_GT(history.size(), 17U);
+  EXPECT_EQ(history.substr(4 + 5, 1), "\x03") << "the first that is kept";
+}
+
+TEST_F(ServerTest, PagesLearnOfAJumpBeforeTheySeeTheNewPlace) {
+  const auto client = viewer(start(&player), channel_of(wind));
+  client->send_text(json({{"op", "subscribe"}, {"subscriptions", {{{"id", 2}, {"channelId", kStateChannel}}}}}).dump());
+  read_binary_with(*client, '\x01');
+  // A round of a loop: nobody asked for it.
+  player.jumps = 1;
+  player.jumps_done = 1;
+  server->restart();
+  server->publish(wind_sample(3), host_time_from_ns(3));
+  bool knows = false;
+  for (;;) {
+    const auto message = read_binary_with(*client, '\x01');
+    if (message[1] == 1) break;
+    knows = knows || json::parse(message.substr(13))["player"]["jumps"] == 1;
+  }
+  EXPECT_TRUE(knows);
+}
+
+TEST_F(ServerTest, APausedReplayShowsItsPictureToWhoComesLater) {
+  const std::uint16_t port = start(&player);
+  server->publish(frame_sample(1), host_time_from_ns(1));
+  for (int i = 0; i < 2; ++i) {
+    LoopbackClient client(port);
+    ASSERT_EQ(client.upgrade("foxglove.sdk.v1").status, 101);
+    client.read_text_with("/camera0/image/preview");
+    client.send_text(
+        json({{"op", "subscribe"}, {"subscriptions", {{{"id", 1}, {"channelId", preview_channel_of(image)}}}}}).dump());
+    EXPECT_EQ(read_binary_with(client, '\x01').substr(5, 1), "\x01") << "viewer " << i;
+  }
+}
+
+TEST_F(ServerTest, TheLastPictureOfABurstIsShown) {
+  const auto client = viewer(start(&player), preview_channel_of(image));
+  for (std::uint32_t i = 1; i <= 5; ++i) {
+    server->publish(frame_sample(i), host_time_from_ns(i));
+    std::this_thread::sleep_for(2ms);
+  }
+  while (read_binary_with(*client, '\x01')[5] != '\x05') {
+  }
+}
+
+TEST_F(ServerTest, ListsWhatWasMarkedWhenItWasRecorded) {
+  marks = {{host_time_from_ns(5'000'000'007), "gust"}};
+  LoopbackClient client(start(&player));
+  const json list = json::parse(client.request("GET", "/api/marks").body)["marks"];
+  ASSERT_EQ(list.size(), 1U);
+  EXPECT_EQ(list[0]["time_ns"], "5000000007");
+  EXPECT_EQ(list[0]["text"], "gust");
 }
 
 TEST_F(ServerTest, ObeysReplayControlsAndSendsTheTime) {
