@@ -28,7 +28,7 @@ const topBar = new TopBar(session, feed, notices);
 const chips = new HealthChips(session);
 const wind = new WindPanel(session);
 const charts = new Charts(session, timeline);
-const player = new PlayerBar(session, notices);
+const player = new PlayerBar(session, feed, notices);
 const chooseButton = byId("choose");
 let choosing = false;
 
@@ -99,10 +99,13 @@ function live(action: () => void): () => void {
 const keys = new Map<string, () => void>([
   ["m", live(() => void topBar.mark())],
   ["r", live(() => void topBar.record())],
+  ["g", live(() => void topBar.trigger())],
   ["t", live(() => choose(!choosing))],
   ["l", () => theme.toggle()],
   ["f", () => [...tiles.values()][0]?.toggleFull()],
   [" ", () => player.toggle()],
+  ["arrowleft", () => player.step(-1)],
+  ["arrowright", () => player.step(+1)],
   [
     "escape",
     () => {
@@ -117,7 +120,10 @@ byId("theme").addEventListener("click", () => theme.toggle());
 chooseButton.addEventListener("click", () => choose(!choosing));
 theme.onChange = () => charts.redraw();
 targets.onSelect = () => charts.reset();
-session.onReset = () => charts.reset();
+session.onReset = () => {
+  charts.reset();
+  timeline.release();
+};
 feed.onStatus = (level, message) => notices.say(message, level === 0 ? "ok" : "bad");
 document.addEventListener("visibilitychange", () => feed.watchPictures(!document.hidden));
 listenForKeys(keys);

@@ -1,10 +1,11 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { DeviceState, type Health, type StreamHealth } from "../src/model/messages.ts";
+import { DeviceState, type StreamHealth } from "../src/model/messages.ts";
 import { motionOf } from "../src/model/motion.ts";
 import { Session } from "../src/model/session.ts";
 import { targetKey, targetName } from "../src/model/target.ts";
 import { deviceViews } from "../src/view/health_chips.ts";
+import { health } from "./samples.ts";
 
 function stream(topic: string, rateHz: number, counters: Partial<StreamHealth> = {}): StreamHealth {
   const none = { received: 0n, recorded: 0n, dropped: 0n, gaps: 0n, bad: 0n, late: 0n };
@@ -17,20 +18,6 @@ function sessionWith(topics: [string, string, string][]): Session {
     session.streams.set(topic, { channel: 1, topic, kind, role: "raw", device, metadata: {} });
   }
   return session;
-}
-
-function health(parts: Partial<Health>): Health {
-  return {
-    streams: [],
-    devices: [],
-    recorder: DeviceState.running,
-    recorderMessage: "",
-    recordingPath: "",
-    recordingS: 0,
-    recordedBytes: 0n,
-    diskFreeBytes: 0n,
-    ...parts,
-  };
 }
 
 test("a chip tells a device's rate by its records, not by its bytes", () => {

@@ -13,6 +13,7 @@ const kTopics: [string, string, string][] = [
   ["/roseau/operator", "roseau.OperatorAction", ""],
   ["/camera0/image", "foxglove.RawImage", "camera0"],
   ["/camera0/image/preview", "foxglove.CompressedImage", "camera0"],
+  ["/display/state", "roseau.DisplayState", ""],
 ];
 
 function session(): { session: Session; wanted: { subscribe: number[]; history: number[] }; send: (topic: string, time_s: number, message: object) => void } {
@@ -23,14 +24,14 @@ function session(): { session: Session; wanted: { subscribe: number[]; history: 
   const send = (topic: string, time_s: number, message: object): void => {
     const id = kTopics.findIndex(([one]) => one === topic);
     const stamped = { timestamp: { seconds: Math.floor(time_s), nanos: Math.round((time_s % 1) * 1e9) }, ...message };
-    made.receive(id, BigInt(Math.round(time_s * 1e9)), new TextEncoder().encode(JSON.stringify(stamped)), true);
+    made.receive(id, BigInt(Math.round(time_s * 1e9)), new TextEncoder().encode(JSON.stringify(stamped)));
   };
   return { session: made, wanted, send };
 }
 
 test("asks for what it shows: no raw pictures, no truth", () => {
   const { wanted, session: made } = session();
-  assert.deepEqual(wanted.subscribe, [0, 1, 2, 3, 5, 7]);
+  assert.deepEqual(wanted.subscribe, [0, 1, 2, 3, 5, 7, 8]);
   assert.deepEqual(wanted.history, [0, 1, 2, 3]);
   assert.deepEqual(made.pictureChannels(), [7]);
   assert.equal(made.cameras.get("camera0")?.topic, "/camera0/image");
@@ -78,14 +79,30 @@ test("a mark is shown once, however often it is told", () => {
   assert.deepEqual(made.marks, [{ time_s: 5, text: "gust" }]);
 });
 
-test("a replay that starts over starts the charts over; live, time never does", () => {
+function playerState(jumps: number): object {
+  const player = { playing: true, ended: false, speed: 1, position_ns: "0", begin_ns: "0", end_ns: "1", jumps };
+  return { time_ns: "0", clients: 1, images_dropped: 0, messages_dropped: 0, slow_clients: 0, pictures: [], player };
+}
+
+test("a replay that jumps clears what was shown; time that only looks back does not", () => {
   const { session: made, send } = session();
+  let resets = 0;
+  made.onReset = () => ++resets;
+  send("/display/state", 0, playerState(3));
   send("/sonic/wind", 100, { uMps: 1, vMps: 1, valid: true });
   send("/sonic/wind", 50, { uMps: 2, vMps: 2, valid: true });
-  assert.equal(made.winds.get("/sonic/wind")!.series.size, 1);
-  made.state = { time_ns: "0", clients: 1, images_dropped: 0, messages_dropped: 0, slow_clients: 0, pictures: [], player: { playing: true, ended: false, speed: 1, position_ns: "0", begin_ns: "0", end_ns: "1" } };
+  assert.equal(made.winds.get("/sonic/wind")!.series.size, 1, "late, and left out");
+  send("/camera0/target/branch/wind", 100, { windMps: 4, windSdMps: 0.5, accepted: true });
+  send("/roseau/operator", 99, { kind: ActionKind.mark, text: "gust" });
+  send("/display/state", 0, playerState(3));
+  assert.equal(resets, 0);
+  send("/display/state", 0, playerState(4));
+  assert.equal(resets, 1);
+  assert.equal(made.targets.get("/camera0/target/branch")!.estimate, undefined);
+  assert.deepEqual(made.marks, []);
   send("/sonic/wind", 51, { uMps: 2, vMps: 2, valid: true });
   assert.equal(made.newest_s, 51);
+  assert.equal(made.winds.get("/sonic/wind")!.series.size, 1);
   assert.equal(made.winds.get("/sonic/wind")!.series.lastTime, 51);
 });
 

@@ -6,6 +6,7 @@ import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { findChromium, openBrowser, openPage, waitForLife } from "./browser.mjs";
 import { Demo } from "./demo.mjs";
+import { Replayed } from "./replayed.mjs";
 
 if (findChromium() === undefined) {
   console.log("skipped: no Chromium here (apt-get install chromium, or set CHROMIUM to its path)");
@@ -246,6 +247,84 @@ test("trouble is told in words with its remedy", async (t) => {
   assert.deepEqual(await seriousFaults(page), []);
   await page.screenshot({ path: join(out, "page-trouble.png") });
   assert.deepEqual(errors, []);
+});
+
+test("a trigger records what came before it, and says so", async (t) => {
+  const own = await startOwn(t);
+  const { page } = await open(t, own.url);
+  await waitForLife(page);
+  await page.waitForFunction(() => document.getElementById("rec-more").textContent === "keeps the last 10 s for a trigger");
+  await page.keyboard.press("g");
+  await page.waitForSelector(".notice.ok:has-text('recording from 10 s ago')");
+  await page.waitForFunction(() => /by trigger gust, ends in \d+ s/.test(document.getElementById("rec-more").textContent));
+  assert.equal(await text(page, "#rec-word"), "REC");
+  assert.match(await text(page, "#rec-more"), /^part 3/);
+  assert.equal(await text(page, "#disk"), "212 GB free = 5 h 10 min");
+  assert.deepEqual(await seriousFaults(page), []);
+});
+
+test("a replay is sought by slider and keys, playing and paused", async (t) => {
+  const replayed = await Replayed.start(8);
+  t.after(() => replayed.stop());
+  const { page, errors } = await open(t, replayed.url);
+  await page.waitForSelector("#player:visible");
+  await waitForLife(page);
+  const position_s = async () => {
+    const [, minutes, seconds] = /(\d\d):(\d\d) of/.exec(await text(page, "#player-position"));
+    return 60 * Number(minutes) + Number(seconds);
+  };
+  const picture = () => page.locator("canvas.picture").first().evaluate((canvas) => canvas.toDataURL());
+  // Charts: the newest second on the axis and how much of it is drawn are of the new place alone.
+  await page.keyboard.press("Space");
+  await page.waitForFunction(() => document.getElementById("play-label").textContent === "Play");
+  const before = await picture();
+  await page.locator("#seek").fill("6");
+  await page.waitForFunction(() => document.getElementById("player-position").textContent.startsWith("00:00:06"));
+  await page.waitForFunction((old) => document.querySelector("canvas.picture").toDataURL() !== old, before);
+  assert.equal((await replayed.player()).playing, false, "still paused");
+  await page.waitForTimeout(1000); // longer than the slider is held where it was put
+  assert.equal(await position_s(), 6, "and stays there");
+  const atSix = await picture();
+  assert.ok((await ink(page, "#wind-chart canvas")) > 0.005, "with the wind that led up to it");
+
+  await page.keyboard.press("ArrowLeft");
+  await page.waitForFunction(() => document.getElementById("player-position").textContent.startsWith("00:00:01"));
+  await page.waitForFunction((old) => document.querySelector("canvas.picture").toDataURL() !== old, atSix);
+  await page.keyboard.press("ArrowRight");
+  await page.waitForFunction(() => document.getElementById("player-position").textContent.startsWith("00:00:06"));
+  await page.waitForFunction((old) => document.querySelector("canvas.picture").toDataURL() === old, atSix);
+
+  await page.locator("#seek").focus();
+  assert.match(await page.locator("#seek").getAttribute("aria-valuetext"), /00:00:06 of 00:00:08/);
+  await page.keyboard.press("Home");
+  await page.waitForFunction(() => document.getElementById("player-position").textContent.startsWith("00:00:00"));
+  await page.keyboard.press("Space");
+  await page.waitForFunction(() => document.getElementById("play-label").textContent === "Pause");
+  await page.waitForFunction(() => document.getElementById("player-position").textContent.startsWith("00:00:02"));
+  // The end is waited at, and playing from there is playing from the begin.
+  await page.keyboard.press("End");
+  await page.waitForFunction(() => document.getElementById("player-position").textContent.includes("the end"));
+  await page.keyboard.press("Space");
+  await page.waitForFunction(() => document.getElementById("player-position").textContent.startsWith("00:00:01"));
+  assert.deepEqual(await seriousFaults(page), []);
+  assert.deepEqual(await smallButtons(page), []);
+  await page.screenshot({ path: join(out, "page-replay.png") });
+  assert.deepEqual(errors, []);
+});
+
+test("marks of a recording stand on the slider", async (t) => {
+  const own = await startOwn(t, ["--replay"]);
+  const { page } = await open(t, own.url, { width: 390, height: 844, touch: true });
+  await page.waitForSelector(".seek-mark");
+  const places = await page.locator(".seek-mark").evaluateAll((marks) => {
+    const track = document.getElementById("seek").getBoundingClientRect();
+    return marks.map((mark) => (mark.getBoundingClientRect().left - track.left) / track.width);
+  });
+  assert.equal(places.length, 2);
+  assert.ok(Math.abs(places[0] - 95 / 600) < 0.06 && Math.abs(places[1] - 400 / 600) < 0.06, String(places));
+  await page.waitForTimeout(500);
+  assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 390);
+  await page.screenshot({ path: join(out, "page-replay-phone.png") });
 });
 
 test("a replay has its controls", async (t) => {

@@ -7,9 +7,19 @@ export type Action =
   | { kind: "note"; text: string }
   | { kind: "add_target"; text: string; camera: string; region: ImageRect }
   | { kind: "remove_target"; text: string; camera: string }
+  | { kind: "trigger"; text?: string }
   | { kind: "start_recording" | "stop_recording" };
 
-export type PlayerCommand = { command: "play" | "pause" } | { command: "speed"; speed: number | null };
+export type PlayerCommand =
+  | { command: "play" | "pause" }
+  | { command: "speed"; speed: number | null }
+  | { command: "seek"; time_s: number }; // since the begin of the recording
+
+/** GET /api/marks: of the recording that is replayed. */
+export interface RecordedMark {
+  time_ns: string;
+  text: string;
+}
 
 /** Nothing when done, else what went wrong, in words for the operator. */
 async function post(path: string, body: unknown): Promise<string | undefined> {
@@ -34,6 +44,11 @@ export const play = (command: PlayerCommand): Promise<string | undefined> => pos
 export async function fetchStreams(): Promise<StreamInfo[]> {
   const response = await fetch("api/streams");
   return ((await response.json()) as { streams: StreamInfo[] }).streams;
+}
+
+export async function fetchMarks(): Promise<RecordedMark[]> {
+  const response = await fetch("api/marks");
+  return ((await response.json()) as { marks: RecordedMark[] }).marks;
 }
 
 export async function fetchHistory(channel: number): Promise<ArrayBuffer[]> {

@@ -5,6 +5,7 @@ import { fetchHistory, fetchStreams } from "./api.ts";
 import type { Session } from "./session.ts";
 
 interface LiveMessage {
+  resets: number; // of the session, when it came
   logTime_ns: bigint;
   payload: Uint8Array;
 }
@@ -69,22 +70,27 @@ export class Feed {
   }
 
   private async fetchPast(channel: number): Promise<void> {
+    const resets = this.session.resets; // should a replay jump meanwhile, this past is of another place
     try {
       for (const data of await fetchHistory(channel)) {
         const message = parseBinary(data);
-        if (message.kind === "message") this.session.receive(channel, message.logTime_ns, message.payload, false);
+        if (message.kind === "message" && resets === this.session.resets) {
+          this.session.receive(channel, message.logTime_ns, message.payload);
+        }
       }
     } catch {
       // Without its past the channel starts now.
     }
     const live = this.waiting.get(channel) ?? [];
     this.waiting.delete(channel);
-    for (const message of live) this.session.receive(channel, message.logTime_ns, message.payload, true);
+    for (const message of live) {
+      if (message.resets === this.session.resets) this.session.receive(channel, message.logTime_ns, message.payload);
+    }
   }
 
   private onMessage(channel: number, logTime_ns: bigint, payload: Uint8Array): void {
     const waiting = this.waiting.get(channel);
-    if (waiting !== undefined) waiting.push({ logTime_ns, payload });
-    else this.session.receive(channel, logTime_ns, payload, true);
+    if (waiting !== undefined) waiting.push({ resets: this.session.resets, logTime_ns, payload });
+    else this.session.receive(channel, logTime_ns, payload);
   }
 }

@@ -128,6 +128,35 @@ export interface Health {
   recordingS: number;
   recordedBytes: bigint;
   diskFreeBytes: bigint;
+  recordingPhase: RecordingPhase;
+  recordingCause: string;
+  recordingEndsS: number;
+  recordingPart: number;
+  sessionBytes: bigint;
+  writeRateBytesPerS: number;
+  diskFreeS: number;
+  preTriggerS: number;
+  preTriggerBytes: bigint;
+  preTriggerCutOff: bigint;
+  copy?: RecordingCopy;
+  batteryPercent: number;
+  onBattery: boolean;
+}
+
+/** Health.Phase, as numbered in the schema. */
+export enum RecordingPhase {
+  unknown = 0,
+  idle = 1,
+  recording = 2,
+  postTrigger = 3,
+}
+
+export interface RecordingCopy {
+  directory: string; // empty: none is wanted
+  state: DeviceState;
+  message: string;
+  verifiedBytes: bigint;
+  behindBytes: bigint;
 }
 
 export interface CompressedImage {
@@ -178,6 +207,7 @@ export interface PlayerState {
   position_ns: string;
   begin_ns: string;
   end_ns: string;
+  jumps: number; // rises when what was shown before belongs to another place
 }
 
 export interface DisplayState {

@@ -49,7 +49,6 @@ interface Subscribed {
 const kPreview = "/preview";
 const kTruth = "/truth/"; // what only a simulation knows is not for the operator
 const kFused = "/wind/estimate"; // one wind from all targets
-const kBackwards_s = 1; // time going back by more than this: a replay started over
 
 /** Channels the page reads, by schema; of the others it only shows how they are. */
 const kRead = new Set([
@@ -84,6 +83,8 @@ export class Session {
   readonly healthSeen = new Freshness();
   health: Health | undefined;
   state: DisplayState | undefined;
+  /** How often everything was forgotten. */
+  resets = 0;
   /** Newest log time seen, s. */
   newest_s = -Infinity;
   onReset: (() => void) | undefined;
@@ -112,8 +113,10 @@ export class Session {
     return [...this.channels].filter(([, one]) => drawn.includes(one.channel.schemaName)).map(([id]) => id);
   }
 
-  /** Another run of the daemon, or a replay that started over: what was known no longer holds. */
+  /** Another run of the daemon, or a replay that went to another place: what was known no longer holds. */
   reset(): void {
+    ++this.resets;
+    for (const camera of this.cameras.values()) camera.motion = undefined;
     for (const target of this.targets.values()) target.clear();
     this.fused.clear();
     for (const wind of this.winds.values()) wind.clear();
@@ -130,13 +133,12 @@ export class Session {
     this.state = undefined;
   }
 
-  receive(channelId: number, logTime_ns: bigint, payload: Uint8Array, live: boolean): void {
+  receive(channelId: number, logTime_ns: bigint, payload: Uint8Array): void {
     const known = this.channels.get(channelId);
     if (known === undefined) return;
     const logTime_s = Number(logTime_ns) * 1e-9;
     const { schemaName, topic } = known.channel;
     if (kWithHistory.has(schemaName)) {
-      if (live && this.isReplay && logTime_s < this.newest_s - kBackwards_s) this.reset();
       this.newest_s = Math.max(this.newest_s, logTime_s);
     }
     this.take(schemaName, topic, known.decode(payload));
@@ -284,6 +286,9 @@ export class Session {
   }
 
   private takeState(message: DisplayState): void {
+    // The daemon tells this before it sends anything of the new place.
+    const jumps = this.state?.player?.jumps;
+    if (jumps !== undefined && message.player != null && message.player.jumps !== jumps) this.reset();
     this.state = message;
     for (const size of message.pictures) {
       for (const camera of this.cameras.values()) {

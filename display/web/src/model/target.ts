@@ -40,6 +40,10 @@ export class Target {
   clear(): void {
     this.series.clear();
     this.estimates.clear();
+    this.identification = undefined;
+    this.estimate = undefined;
+    this.calibration = undefined;
+    this.spectrum = undefined;
   }
 
   /** Unit vector of the main motion, once identified. */

@@ -1,6 +1,7 @@
 // Health: one chip per device, a word only when something is wrong, details on a press.
 import { fixed, rate, roughDuration, smallTime } from "../model/format.ts";
 import { DeviceState, type DeviceHealth, type Health, type StreamHealth } from "../model/messages.ts";
+import { recordingView } from "../model/recording.ts";
 import type { Session } from "../model/session.ts";
 import { byId, h, setClass, setData, setHidden, setText } from "./dom.ts";
 
@@ -155,6 +156,7 @@ export class HealthChips {
     if (health.recorderMessage !== "") {
       lines.push([health.recorder === DeviceState.running ? "warn" : kLevel[health.recorder], `recorder: ${health.recorderMessage}`]);
     }
+    for (const words of recordingView(health).warnings) lines.push(["warn", words]);
     for (const view of views) {
       if (view.message !== "" && view.level !== "ok") lines.push([view.level, `${view.name}: ${view.message}`]);
     }

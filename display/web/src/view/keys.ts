@@ -6,8 +6,10 @@ export function listenForKeys(keys: Map<string, () => void>): void {
   document.addEventListener("pointerdown", () => (movesByTab = false));
   document.addEventListener("keydown", (event) => {
     if (event.key === "Tab") movesByTab = true;
-    if (event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
-    const inField = event.target instanceof HTMLInputElement;
+    // Held down, only the arrows go on.
+    const repeats = event.repeat && !event.key.startsWith("Arrow");
+    if (event.ctrlKey || event.metaKey || event.altKey || repeats) return;
+    const inField = event.target instanceof HTMLInputElement && event.target.type !== "range";
     if (inField && event.key !== "Escape") return;
     // A button reached by Tab is pressed by space and return as everywhere; one just clicked does not keep those keys.
     const pressesButton = movesByTab && event.target instanceof HTMLButtonElement;

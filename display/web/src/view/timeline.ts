@@ -56,6 +56,12 @@ export class Timeline {
     this.onChange?.();
   }
 
+  /** Another place in time: what was held is not there any more. */
+  release(): void {
+    this.held_s = undefined;
+    this.onChange?.();
+  }
+
   private hold(to_s: number): void {
     // Pushed against the present, it follows again.
     this.held_s = to_s >= this.shownNow_s ? undefined : to_s;

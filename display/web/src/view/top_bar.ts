@@ -1,20 +1,19 @@
-// The top bar: is it recording, how long will the disk last, what time is it; record and mark.
+// The top bar: is it recording, how long will the disk last, what time is it; record, trigger and mark.
 import { act } from "../model/api.ts";
 import type { Feed } from "../model/feed.ts";
-import { bytes, clockDuration, fileName, roughDuration, timeOfDay } from "../model/format.ts";
-import { DeviceState } from "../model/messages.ts";
+import { fileName, roughDuration, timeOfDay } from "../model/format.ts";
+import { recordingView } from "../model/recording.ts";
 import type { Session } from "../model/session.ts";
 import { byId, setClass, setData, setHidden, setText } from "./dom.ts";
 import type { Notices } from "./notices.ts";
 
 const kConfirm_ms = 3000;
-const kLowDisk_s = 15 * 60;
-const kSmoothing = 0.1;
 
 export class TopBar {
   private readonly recState = byId("rec-state");
   private readonly recWord = byId("rec-word");
   private readonly recTime = byId("rec-time");
+  private readonly recMore = byId("rec-more");
   private readonly name = byId("session-name");
   private readonly mode = byId("mode");
   private readonly disk = byId("disk");
@@ -22,9 +21,8 @@ export class TopBar {
   private readonly recordButton = byId("record") as HTMLButtonElement;
   private readonly recordLabel = byId("record-label");
   private readonly markButton = byId("mark") as HTMLButtonElement;
+  private readonly triggerButton = byId("trigger") as HTMLButtonElement;
   private confirmUntil_ms = 0;
-  private lastBytes: { count: number; at_s: number } | undefined;
-  private rate_bytes_per_s = NaN;
 
   constructor(
     private readonly session: Session,
@@ -33,6 +31,7 @@ export class TopBar {
   ) {
     this.recordButton.addEventListener("click", () => void this.record());
     this.markButton.addEventListener("click", () => void this.mark());
+    this.triggerButton.addEventListener("click", () => void this.trigger());
   }
 
   get isRecording(): boolean {
@@ -58,6 +57,13 @@ export class TopBar {
     this.notices.report(await act({ kind: "mark" }), time === "" ? "Marked" : `Marked ${time}`);
   }
 
+  /** Something happens now: what came before it is kept too, as configured. */
+  async trigger(): Promise<void> {
+    const past_s = this.isRecording ? 0 : (this.session.health?.preTriggerS ?? 0);
+    const done = past_s > 0 ? `Triggered: recording from ${roughDuration(past_s)} ago` : "Triggered";
+    this.notices.report(await act({ kind: "trigger" }), done);
+  }
+
   update(): void {
     const info = this.feed.info;
     setText(this.name, this.isRecording ? fileName(this.session.health!.recordingPath) : (info?.metadata["session"] ?? ""));
@@ -66,52 +72,26 @@ export class TopBar {
     setHidden(this.mode, mode === "" || mode === "live");
     setText(this.clock, this.clockText());
     this.updateRecording();
-    this.updateDisk();
   }
 
   private updateRecording(): void {
-    const health = this.session.health;
-    const recording = this.isRecording;
-    const state = health?.recorder ?? DeviceState.unknown;
-    const trouble = state === DeviceState.degraded || state === DeviceState.failed;
-    setData(this.recState, "state", trouble ? "bad" : recording ? "recording" : "idle");
-    setText(this.recWord, state === DeviceState.failed ? "REC FAILED" : recording ? "REC" : "not recording");
-    setText(this.recTime, recording ? clockDuration(health!.recordingS) : "");
+    const view = recordingView(this.session.health);
+    setData(this.recState, "state", view.level);
+    setText(this.recWord, view.word);
+    setText(this.recTime, view.time);
+    setText(this.recMore, view.more);
     const confirming = performance.now() < this.confirmUntil_ms;
-    setText(this.recordLabel, !recording ? "Record" : confirming ? "Press again to stop" : "Stop");
+    setText(this.recordLabel, !view.isRecording ? "Record" : confirming ? "Press again to stop" : "Stop");
     setClass(this.recordButton, "sure", confirming);
     // What is replayed has happened: nothing can be recorded or marked in it.
-    setHidden(this.markButton, this.session.isReplay);
-    setHidden(this.recordButton, this.session.isReplay && !recording);
-    setHidden(this.recState, this.session.isReplay && !recording);
-  }
-
-  private updateDisk(): void {
-    const health = this.session.health;
-    // Without a recording the daemon need not have looked at any disk.
-    setHidden(this.disk, health === undefined || Number(health.diskFreeBytes) === 0);
-    if (health === undefined) return;
-    this.learnRate(Number(health.recordedBytes), health.recordingS);
-    const free = Number(health.diskFreeBytes);
-    const left_s = this.isRecording && this.rate_bytes_per_s > 0 ? free / this.rate_bytes_per_s : NaN;
-    const low = left_s < kLowDisk_s;
-    setText(this.disk, `${low ? "! " : ""}disk ${Number.isFinite(left_s) ? roughDuration(left_s) : bytes(free)}`);
-    setClass(this.disk, "warn-text", low);
-  }
-
-  private learnRate(count: number, at_s: number): void {
-    const last = this.lastBytes;
-    if (last === undefined || at_s < last.at_s) {
-      this.lastBytes = { count, at_s };
-      this.rate_bytes_per_s = at_s > 5 ? count / at_s : NaN;
-      return;
-    }
-    const step_s = at_s - last.at_s;
-    if (step_s < 0.9) return;
-    const rate = (count - last.count) / step_s;
-    this.lastBytes = { count, at_s };
-    if (!(this.rate_bytes_per_s > 0)) this.rate_bytes_per_s = rate;
-    else this.rate_bytes_per_s += kSmoothing * (rate - this.rate_bytes_per_s);
+    const isHistory = this.session.isReplay;
+    setHidden(this.markButton, isHistory);
+    setHidden(this.triggerButton, isHistory);
+    for (const element of [this.recordButton, this.recState, this.recMore]) setHidden(element, isHistory && !view.isRecording);
+    const disk = [view.disk, view.power].filter((words) => words !== "").join(", ");
+    const isLow = view.isDiskLow || view.isPowerLow;
+    setText(this.disk, isLow ? `! ${disk}` : disk);
+    setClass(this.disk, "warn-text", isLow);
   }
 
   private clockText(): string {
