@@ -143,6 +143,9 @@ class Session {
     digest_ = std::make_unique<Digest>();
     results_ = std::make_unique<ResultCollector>(streams_);
     if (display_) display_->restart();
+    if (!recorder_.state().recording) return;
+    log("recorder")->warn("the replay went to another place: its recording ends here, for a session's time never goes back");
+    close_recording();
   }
 
   /// A paused replay shows its position: the analysis has to see a little more than that.
