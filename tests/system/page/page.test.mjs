@@ -295,7 +295,7 @@ test("a replay is sought by slider and keys, playing and paused", async (t) => {
   await page.waitForFunction((old) => document.querySelector("canvas.picture").toDataURL() === old, atSix);
 
   await page.locator("#seek").focus();
-  assert.match(await page.locator("#seek").getAttribute("aria-valuetext"), /00:00:06 of 00:00:08/);
+  assert.match(await page.locator("#seek").getAttribute("aria-valuetext"), /00:00:06 of 00:00:0[78]/);
   await page.keyboard.press("Home");
   await page.waitForFunction(() => document.getElementById("player-position").textContent.startsWith("00:00:00"));
   await page.keyboard.press("Space");

@@ -87,7 +87,7 @@ export class TopBar {
     const isHistory = this.session.isReplay;
     setHidden(this.markButton, isHistory);
     setHidden(this.triggerButton, isHistory);
-    for (const element of [this.recordButton, this.recState, this.recMore]) setHidden(element, isHistory && !view.isRecording);
+    for (const element of [this.recordButton, byId("rec")]) setHidden(element, isHistory && !view.isRecording);
     const disk = [view.disk, view.power].filter((words) => words !== "").join(", ");
     const isLow = view.isDiskLow || view.isPowerLow;
     setText(this.disk, isLow ? `! ${disk}` : disk);
