@@ -7,7 +7,7 @@
 #include "core/image_coding/image_decoder.h"
 #include "recorder/tools/export/output_file.h"
 #include "recorder/tools/export/sample_table.h"
-#include "recorder/tools/import/sonic_file.h"
+#include "recorder/tools/import/import_session.h"
 #include "tests/support/session_file.h"
 #include "tests/support/temporary_folder.h"
 
@@ -97,16 +97,29 @@ TEST_F(ExportTest, Toa5IsReadAgainByTheImporter) {
   ASSERT_TRUE(report) << report.error().message;
   const auto head = lines(path("t.dat"));
   EXPECT_THAT(head[0], StartsWith("\"TOA5\",\"storm\""));
-  const std::string text = testing::read_text_file(path("t.dat"));
-  const auto record = parse_sonic_file(text, "t.dat", {.format = TableFormat::toa5});
-  ASSERT_TRUE(record) << record.error().message;
-  ASSERT_EQ(record->samples.size(), 40U);
-  EXPECT_EQ(record->invalid_samples, 1U);
-  EXPECT_FALSE(record->samples[7].valid);
-  EXPECT_DOUBLE_EQ(record->samples[11].u_mps, 1.1);
-  EXPECT_DOUBLE_EQ(record->samples[11].sonic_temperature_celsius, 20);
-  EXPECT_DOUBLE_EQ(record->samples[11].speed_of_sound_mps, 343);
-  EXPECT_EQ(record->begin->count(), 1'700'000'999'999'000'000) << "the first sample's civil time";
+  ImportPlan plan;
+  plan.sonics.push_back({.path = path("t.dat").string()});
+  plan.sonics.back().file.format = SonicFormat::toa5;
+  StreamTable streams;
+  auto import = SessionImport::prepare(plan, streams);
+  ASSERT_TRUE(import) << import.error().message;
+  struct : SampleSink {
+    bool receive(Sample sample) override {
+      samples.push_back(std::move(sample));
+      return true;
+    }
+    std::vector<Sample> samples;
+  } sink;
+  ASSERT_TRUE(import->run(sink));
+  ASSERT_EQ(sink.samples.size(), 40U);
+  const auto wind = [&sink](std::size_t i) { return std::get<WindSample>(sink.samples[i].payload); };
+  EXPECT_FALSE(wind(7).valid);
+  EXPECT_TRUE(wind(8).valid);
+  EXPECT_DOUBLE_EQ(wind(11).u_mps, 1.1);
+  EXPECT_DOUBLE_EQ(wind(11).sonic_temperature_celsius, 20);
+  EXPECT_DOUBLE_EQ(wind(11).speed_of_sound_mps, 343);
+  const Duration civil = sink.samples[0].header.sample_time.time_since_epoch() + *import->utc_minus_host_time();
+  EXPECT_EQ(civil.count(), 1'700'000'999'999'000'000) << "the first sample's civil time";
 }
 
 TEST_F(ExportTest, Toa5NeedsOneWindAndCivilTime) {
