@@ -13,8 +13,9 @@ namespace roseau::recorder {
 
 namespace {
 
-constexpr std::uint64_t kWakingBytes = 64U << 10U;   // a sample this large wakes the writer at once,
-constexpr std::uint64_t kWakingPositions = 256;      // and so does every so manieth
+/// How long the writer sleeps while nothing is urgent. It looks by itself: to be woken would cost the capture's thread a system
+/// call, and on a busy machine often the processor.
+constexpr auto kNap = std::chrono::milliseconds(4);
 constexpr std::uint64_t kBudgetPerSlot = 8U << 10U;  // 32768 slots for 256 MiB: many seconds of small samples
 constexpr std::uint64_t kLeastSlots = 1024;
 constexpr std::uint64_t kMostSlots = 32768;
@@ -117,9 +118,7 @@ bool Queue::push(const Sample& sample, HostTime log_time, bool wait_when_full) {
   slot->value.bytes = bytes;
   slot->value.position = position;
   slot->turn = position + 1;
-  // Who wakes the writer pays for a system call: large samples do, and many small ones together.
-  const bool filling = held_bytes_.load(std::memory_order_relaxed) > budget_bytes_ / 4;
-  if (bytes >= kWakingBytes || filling || position % kWakingPositions == 0) wake_writer();
+  if (held_bytes_.load(std::memory_order_relaxed) > budget_bytes_ / 4) wake_writer();
   return true;
 }
 
@@ -201,7 +200,8 @@ bool Queue::pop(std::vector<QueuedSample>& batch, std::chrono::steady_clock::tim
     // First said, then looked again: a caller either sees that we wait, or we see its sample.
     writer_waits_ = true;
     if (!has_filled_slot() && !closing_ && !callers_wait()) {
-      const auto since_epoch = deadline.time_since_epoch();
+      const auto nap_end = std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() + kNap);
+      const auto since_epoch = std::min(deadline, nap_end).time_since_epoch();
       const auto seconds = std::chrono::floor<std::chrono::seconds>(since_epoch);
       const timespec until{seconds.count(), std::chrono::nanoseconds(since_epoch - seconds).count()};
       while (::sem_clockwait(&work_ready_, CLOCK_MONOTONIC, &until) != 0 && errno == EINTR) {

@@ -1,10 +1,11 @@
 // Queue: what the recorder's callers and its writer thread share: samples on their way, counters, and the state everyone may
 // ask for.
 //
-// Callers are capture threads, which must not be held up by whoever else runs or waits: push() takes no lock, makes no system
-// call but the one that wakes a sleeping writer, and allocates nothing of its own (the copy of a sample with vectors in it
-// does; frames are shared). It is a ring of slots that callers claim by one compare-and-swap each (D. Vyukov's bounded queue)
-// and that the one writer empties in order. Only who asked to wait for space takes a lock.
+// Callers are capture threads, which must not be held up by whoever else runs or waits: push() takes no lock, allocates nothing
+// of its own (the copy of a sample with vectors in it does; frames are shared), and makes no system call as long as the queue
+// is not a quarter full: the writer looks by itself every few milliseconds. It is a ring of slots that callers claim by one
+// compare-and-swap each (D. Vyukov's bounded queue) and that the one writer empties in order. Only who asked to wait for space
+// takes a lock.
 #pragma once
 
 #include <semaphore.h>
@@ -65,9 +66,8 @@ class Queue {
   /// Samples pushed from now on (as seen by this thread) have at least this position.
   std::uint64_t next_position() const { return tail_.load(); }
 
-  /// Writer's side: what is queued, in order, into `batch` (replaced); waits for something until `deadline`, small samples not
-  /// at all: they are fetched when it is over, or with the next large one. False: the recording is being closed, and this was
-  /// the last.
+  /// Writer's side: what is queued, in order, into `batch` (replaced); waits for something, a few milliseconds or until
+  /// `deadline`. False: the recording is being closed, and this was the last.
   bool pop(std::vector<QueuedSample>& batch, std::chrono::steady_clock::time_point deadline);
   /// A caller waits for space: what is held in unfilled chunks should be written now.
   bool callers_wait() const { return waiting_callers_.load() > 0; }
