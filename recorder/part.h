@@ -2,6 +2,7 @@
 // one is written. One thread at a time.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -50,6 +51,8 @@ class Part {
 
   bool has_samples() const { return first_log_time_.has_value(); }
   std::uint64_t bytes() const { return session_.bytes(); }
+  /// Of those, what the file has got: another program can read them.
+  std::uint64_t written_bytes() const { return std::min(session_.bytes(), out_->written()); }
   std::uint64_t bytes_with(const Sample& sample) { return session_.bytes_with(sample); }
   /// Of log time since the part's first sample.
   Duration age_at(HostTime log_time) const;

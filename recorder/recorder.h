@@ -117,7 +117,7 @@ struct RecorderState {
   DeviceState state = DeviceState::starting;
   std::string message;
   std::string path;         // of the present or the last file
-  std::uint64_t bytes = 0;  // written to it
+  std::uint64_t bytes = 0;  // written to it: they can be read
   double seconds = 0;       // of log time in the session, all parts
   std::uint64_t disk_free_bytes = 0;
   mcap::TopicCounters streams;  // received, recorded, dropped by stage; since open()

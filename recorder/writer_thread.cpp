@@ -19,8 +19,12 @@ namespace {
 std::chrono::steady_clock::time_point now() { return std::chrono::steady_clock::now(); }
 
 /// What tells sessions apart: when and by whom they were begun. The same samples must give the same file where that was asked
-/// for: then it is what the session's texts make of it.
-std::string make_session_id(const SessionDescription& description, const std::filesystem::path& path, bool reproducible) {
+/// for: then it is what the session's texts make of it, and only said where parts must find each other; two simulations of one
+/// scene are not one session.
+std::string make_session_id(const SessionDescription& description, const std::filesystem::path& path,
+                            const RecorderOptions& options) {
+  const bool reproducible = options.reproducible;
+  if (reproducible && options.split.bytes == 0 && options.split.time == Duration{0}) return "";
   const auto sum = [](std::uint32_t before, std::string_view text) {
     return mcap::crc32(before, std::as_bytes(std::span(text)));
   };
@@ -47,8 +51,7 @@ Result<void> WriterThread::begin(std::unique_ptr<mcap::Writable> out, const std:
                                  const SessionDescription& description) {
   description_ = description;
   first_path_ = path;
-  session_id_ =
-      description.session_id.empty() ? make_session_id(description, path, options_.reproducible) : description.session_id;
+  session_id_ = description.session_id.empty() ? make_session_id(description, path, options_) : description.session_id;
   CountsSnapshot begin;
   if (options_.upstream_counters) begin.upstream = options_.upstream_counters();
   part_ = std::make_unique<Part>(std::move(out), path, streams_, options_, queue_, std::move(begin));
@@ -132,7 +135,8 @@ void WriterThread::add(const QueuedSample& queued) {
 void WriterThread::settle() {
   settled_bytes_ = part_->bytes();
   part_->settle();
-  queue_.set_bytes(settled_bytes_, earlier_bytes_ + settled_bytes_);
+  const std::uint64_t written = part_->written_bytes();
+  queue_.set_bytes(written, earlier_bytes_ + written);
   if (first_log_time_) queue_.set_seconds(to_seconds(last_log_time_ - *first_log_time_));
 }
 

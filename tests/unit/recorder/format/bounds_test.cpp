@@ -310,6 +310,7 @@ TEST(Bounds, AFileThatGrowsIsReadAsItWasAndOpenedAgainShowsMore) {
     ChunkBuilder chunk;
     for (std::uint32_t i = 0; i < 10; ++i) chunk.add(Message{1, i, time_ns + i, 0, data});
     EXPECT_TRUE(writer.write(chunk));
+    EXPECT_TRUE((*out)->sync());
   };
   const auto count = [&](bool grow) {
     auto reader = IndexedReader::open(path);

@@ -492,6 +492,7 @@ TEST_F(RecoveryOnDisk, AFileThatIsBeingRecordedIsLeftAlone) {
   const auto bytes = cut(session(), 2000);
   const std::span<const std::byte> parts[] = {bytes};
   ASSERT_TRUE((*out)->append(parts));
+  ASSERT_TRUE((*out)->sync());
   const auto recovery = recover_in_place(path);
   ASSERT_FALSE(recovery);
   EXPECT_EQ(recovery.error().code, ErrorCode::busy);
