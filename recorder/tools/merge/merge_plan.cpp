@@ -20,11 +20,14 @@ std::string entry_of(const mcap::SessionInfo& info, std::string_view key) {
   return found == info.other.end() ? "" : found->second;
 }
 
-/// Two parts of one session: the session id says so. Files without one have at least the same clock, to the nanosecond, and say
-/// the same of themselves.
+/// Two parts of one session: the session id says so. That of a simulation is made of its texts alone, so those that differ in
+/// their seed have one id, but do not say the same of themselves. Files without an id have at least the same clock, to the
+/// nanosecond.
 bool is_same_session(const mcap::SessionInfo& a, const mcap::SessionInfo& b) {
-  if (!a.session_id.empty() || !b.session_id.empty()) return a.session_id == b.session_id;
-  return !a.other.empty() && a.other == b.other && a.utc_minus_host_time == b.utc_minus_host_time;
+  constexpr std::string_view kMadeOfTexts = "00000000-";
+  if (a.session_id != b.session_id) return false;
+  if (!a.session_id.empty() && !a.session_id.starts_with(kMadeOfTexts)) return true;
+  return !a.other.empty() && a.other == b.other && (!a.session_id.empty() || a.utc_minus_host_time == b.utc_minus_host_time);
 }
 
 /// The host's own record of its clock against civil time; nothing when it made none.
@@ -96,7 +99,9 @@ class Planner {
       const bool is_new = same == inputs.begin() + static_cast<std::ptrdiff_t>(i);
       inputs[i].group = is_new ? groups++ : same->group;
       inputs[i].host = is_new ? unique_host(i) : same->host;
-      if (inputs[i].group == 0) continue;
+      // A session that went on after a reboot has another clock in its later parts.
+      const bool has_first_clock = inputs[i].info.utc_minus_host_time == inputs.front().info.utc_minus_host_time;
+      if (inputs[i].group == 0 && has_first_clock) continue;
       if (auto moved = move(inputs[i]); !moved) return moved;
     }
     return {};

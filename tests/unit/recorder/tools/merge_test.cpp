@@ -99,6 +99,23 @@ TEST_F(MergeTest, AnotherHostComesOntoTheFirstAxis) {
   }
 }
 
+TEST_F(MergeTest, APartFromAfterAReboot) {
+  testing::SessionFile before;
+  before.description.session_id = "one";
+  before.write(path("s.mcap"), 2);
+  // The clock begins again: it shows 10 s when the old one would have shown 1010 s.
+  testing::SessionFile after(host_time_from_ns(10 * kSecond));
+  after.description.session_id = "one";
+  after.description.first_part = 2;
+  *after.description.utc_minus_host_time += Duration{1'000 * kSecond};
+  after.write(path("t.mcap"), 2);
+  const auto report = merge({"s.mcap", "t.mcap"}, "m.mcap");
+  EXPECT_THAT(report.renamed, IsEmpty()) << "the same streams";
+  const auto wind = messages_of(path("m.mcap"), "/sonic/wind");
+  ASSERT_EQ(wind.size(), 80U);
+  EXPECT_EQ(wind[40].log_time_ns - wind[0].log_time_ns, 10U * kSecond);
+}
+
 TEST_F(MergeTest, NamesAreKeptApart) {
   testing::SessionFile().write(path("s.mcap"), 1);
   write_other_host("t.mcap", 3);
