@@ -49,6 +49,7 @@ TEST_F(ImageStorageTest, LiveResultsAreThoseOfTheRecordingInEveryForm) {
     EXPECT_EQ(images["recorded"], images["received"]);
     const auto recording = only_file_in(path("rec_" + storage));
     EXPECT_EQ(run({"verify", recording}).status, 0);
+    EXPECT_NE(read_text_file(recording).find("foxglove.CompressedImage"), std::string::npos);
     EXPECT_EQ(live.json()["digest"], digest(recording)) << storage;
     // A recording of the replay holds the same files, so it gives the same again.
     const auto replayed = run({"replay", recording, "--max", "--headless", "--json", "--record", path("again_" + storage)});
