@@ -176,6 +176,8 @@ void print_report(const ImportArguments& arguments, const recorder::ImportReport
   fmt::print("{}\n", json.dump(2));
 }
 
+constexpr std::uint64_t kQueueBytes = std::uint64_t{32} << 20U;
+
 /// Set by SIGINT and SIGTERM: an import then ends early, with a valid file.
 volatile std::sig_atomic_t stop_wanted = 0;
 
@@ -205,7 +207,10 @@ int import_command(const ImportArguments& arguments) {
   StreamTable streams;
   auto import = look_at(*plan, streams);
   if (!import) return failed(import.error());
-  recorder::Recorder recorder(streams, {.wait_when_full = true});
+  // The source is still there after a crash, so chunks may be long: of slow streams, quarters of a second would hold a few
+  // samples each, and a month would have millions.
+  recorder::Recorder recorder(streams,
+                              {.queue_bytes = kQueueBytes, .wait_when_full = true, .chunk_time = std::chrono::seconds(10)});
   recorder::SessionDescription description;
   description.program_version = kVersion;
   description.site_text = std::move(*site);

@@ -35,6 +35,8 @@ struct Named {
   Value value;
   std::string_view name;
 };
+template <class Value>
+Named(Value, std::string_view) -> Named<Value>;
 
 constexpr std::array kSonicFormats = {
     Named{SonicFormat::automatic, "auto"},     Named{SonicFormat::csv, "csv"}, Named{SonicFormat::toa5, "toa5"},
