@@ -54,6 +54,7 @@ struct AllArguments {
   CutArguments cut;
   MergeArguments merge;
   ExportArguments export_session;
+  RecordArguments record;
   EstimateArguments estimate;
   TreeArguments tree;
 };
@@ -149,6 +150,17 @@ void add_tools(Commands& commands, AllArguments& all) {
   estimate->add_option("--band", all.estimate.band_hz, "Where the natural frequency is looked for, Hz: LOW:HIGH");
   estimate->add_flag("--free-decay", all.estimate.free_decay, "Pull and release: fit a damped sinusoid to each series");
   add_json(estimate, all.estimate.json);
+}
+
+void add_record(Commands& commands, AllArguments& all) {
+  auto& arguments = all.record;
+  auto* sub = commands.add("record", "Start, stop or trigger the recording of the daemon that runs on this machine", arguments,
+                           record_command);
+  sub->add_option("order", arguments.order, "start, stop, trigger or status (default)")
+      ->check(CLI::IsMember({"start", "stop", "trigger", "status"}));
+  sub->add_option("--text", arguments.text, "What the trigger is for");
+  sub->add_option("--port", arguments.port, "Port of its live page (default 8420)");
+  add_json(sub, arguments.json);
 }
 
 void add_recover(Commands& commands, AllArguments& all) {
@@ -249,6 +261,7 @@ int run_command_line(int argc, char** argv) {
   add_recover(commands, arguments);
   add_rewriters(commands, arguments);
   add_export(commands, arguments);
+  add_record(commands, arguments);
   add_tree(commands, arguments);
   try {
     app.parse(argc, argv);

@@ -132,6 +132,13 @@ struct MergeArguments {
   bool json = false;
 };
 int merge_command(const MergeArguments& arguments);
+struct RecordArguments {
+  std::string order = "status";  // "start", "stop", "trigger", "status"
+  std::string text;              // trigger: what for
+  std::uint16_t port = 8420;     // of the running daemon, on this machine
+  bool json = false;
+};
+int record_command(const RecordArguments& arguments);
 
 struct EstimateArguments {
   std::filesystem::path file;

@@ -249,6 +249,60 @@ void read_estimation(Reader reader, estimation::EstimationOptions& options) {
   options.uncalibrated_scale = reader.number("uncalibrated_scale", options.uncalibrated_scale, 1e-9, 1e9);
 }
 
+recorder::TriggerOptions read_trigger(Reader reader, std::set<std::string>& names) {
+  recorder::TriggerOptions trigger;
+  auto& table = reader.table();
+  trigger.name = table.required_text("name");
+  if (!names.insert(trigger.name).second) table.complain("name", "is taken by another trigger");
+  trigger.topic = table.required_text("topic");
+  if (!trigger.topic.starts_with('/')) table.complain("topic", "must begin with '/': \"/sonic/wind\"");
+  if (const auto quantity = recorder::trigger_quantity_from_string(table.required_text("quantity")); quantity) {
+    trigger.quantity = *quantity;
+  } else {
+    table.complain("quantity", ": " + quantity.error().message);
+  }
+  trigger.above = table.required_number("above");
+  if (!(trigger.above >= 0)) table.complain("above", "must be 0 or more");
+  trigger.hysteresis = reader.number("hysteresis", trigger.hysteresis, 0, std::max(trigger.above, 0.0));
+  trigger.for_at_least = from_seconds(reader.number("for_s", 0, 0, 86400));
+  trigger.window = from_seconds(reader.number("window_s", to_seconds(trigger.window), 0.1, 86400));
+  trigger.rearm = from_seconds(reader.number("rearm_s", 0, 0, 86400));
+  return trigger;
+}
+
+void read_recording(Reader reader, RecordingConfig& config) {
+  auto& table = reader.table();
+  config.directory = reader.path(table.text("directory", config.directory.string()));
+  config.at_start = table.boolean("at_start", config.at_start);
+  config.memory_mib = reader.number("memory_mib", config.memory_mib, 8, 65536);
+  config.pre_trigger_s = reader.number("pre_trigger_s", config.pre_trigger_s, 0, 86400);
+  config.pre_trigger_mib = reader.number("pre_trigger_mib", config.pre_trigger_mib, 1, 1 << 20U);
+  config.post_trigger_s = reader.number("post_trigger_s", config.post_trigger_s, 0, 86400);
+  config.split_mib = reader.number("split_mib", config.split_mib, 0, 1e9);
+  if (config.split_mib > 0 && config.split_mib < 16) table.complain("split_mib", "must be 16 or more, or 0: one file");
+  config.split_s = reader.number("split_s", config.split_s, 0, 1e7);
+  if (config.split_s > 0 && config.split_s < 1) table.complain("split_s", "must be 1 or more, or 0: one file");
+  config.least_free_mib = reader.number("least_free_mib", config.least_free_mib, 0, 1e9);
+  const std::string when_full = table.text("when_full", "stop");
+  if (when_full == "oldest") {
+    config.when_full = recorder::WhenFull::oldest;
+    if (config.split_mib == 0 && config.split_s == 0) {
+      table.complain("when_full", "\"oldest\" needs split_mib or split_s: only finished parts are deleted");
+    }
+  } else if (when_full != "stop") {
+    table.complain("when_full", "must be \"stop\" or \"oldest\"");
+  }
+  config.keep_at_most_gib = reader.number("keep_at_most_gib", config.keep_at_most_gib, 0, 1e6);
+  if (config.keep_at_most_gib > 0 && config.when_full != recorder::WhenFull::oldest) {
+    table.complain("keep_at_most_gib", "needs when_full = \"oldest\": otherwise nothing is deleted");
+  }
+  config.copy_directory = reader.path(table.text("copy_directory", ""));
+  config.battery_stop_percent = reader.number("battery_stop_percent", config.battery_stop_percent, 0, 95);
+  config.resume_after_crash = table.boolean("resume_after_crash", config.resume_after_crash);
+  std::set<std::string> names;
+  for (auto& trigger : reader.list("trigger")) config.triggers.push_back(read_trigger(std::move(trigger), names));
+}
+
 /// Everything but the site sheet.
 Config read_config(Reader reader) {
   TomlTable* root = &reader.table();
@@ -275,9 +329,7 @@ Config read_config(Reader reader) {
       static_cast<std::size_t>(sync.integer("skip_after_frames", static_cast<int>(config.skip_after_frames), 1, 64));
   read_tracking(reader.inner("tracking"), config.tracking);
   read_estimation(reader.inner("estimation"), config.estimation);
-  config.recording.directory = reader.path(recording.table().text("directory", config.recording.directory.string()));
-  config.recording.at_start = recording.table().boolean("at_start", config.recording.at_start);
-  config.recording.memory_mib = recording.number("memory_mib", config.recording.memory_mib, 8, 65536);
+  read_recording(recording, config.recording);
   auto display = reader.inner("display");
   config.display.address = display.table().text("address", config.display.address);
   config.display.port = static_cast<std::uint16_t>(display.integer("port", config.display.port, 0, 65535));

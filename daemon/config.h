@@ -16,6 +16,8 @@
 #include "drivers/magnetic_tracker/magnetic_tracker_source.h"
 #include "drivers/sonic/sonic_source.h"
 #include "estimation/options.h"
+#include "recorder/control/disk_guard.h"
+#include "recorder/control/trigger.h"
 #include "tracking/options.h"
 
 namespace roseau::daemon {
@@ -60,6 +62,20 @@ struct RecordingConfig {
   bool at_start = false;
   double memory_mib = 256;    // between the pipeline and the disk
   ImageStorageConfig images;  // of all cameras that say nothing else, the simulated rig's included
+
+  double pre_trigger_s = 0;  // of the past that a recording begins with
+  double pre_trigger_mib = 1024;
+  double post_trigger_s = 10;
+  std::vector<recorder::TriggerOptions> triggers;
+
+  double split_mib = 0;  // 0: one file
+  double split_s = 0;
+  double least_free_mib = 1024;
+  recorder::WhenFull when_full = recorder::WhenFull::stop;
+  double keep_at_most_gib = 0;           // 0: as many as fit
+  std::filesystem::path copy_directory;  // empty: no copy
+  double battery_stop_percent = 0;       // 0: the battery is no matter
+  bool resume_after_crash = false;
 };
 
 struct DisplayConfig {

@@ -1,6 +1,5 @@
 #include "daemon/session.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <atomic>
@@ -14,6 +13,7 @@
 #include "daemon/host_clock.h"
 #include "daemon/pipeline.h"
 #include "daemon/progress.h"
+#include "daemon/recording.h"
 #include "daemon/service_manager.h"
 #include "daemon/stop_signals.h"
 #include "daemon/summary.h"
@@ -21,7 +21,6 @@
 #include "display/server.h"
 #include "drivers/wire/make_decoder.h"
 #include "estimation/estimation_stage.h"
-#include "recorder/recorder.h"
 #include "tracking/camera_tracker.h"
 
 namespace roseau::daemon {
@@ -53,24 +52,23 @@ class Session {
         utc_minus_host_time_(plan_.utc_minus_host_time.value_or(recorder::current_utc_minus_host_time())),
         results_(std::make_unique<ResultCollector>(streams_)),
         digest_(std::make_unique<Digest>()),
-        recorder_(streams_, recorder_options()),
+        recording_(streams_, recording_plan(), recording_callbacks()),
         pipeline_(
             pipeline_options(), streams_, wire::make_decoder, [this] { return make_stages(); }, hooks()),
-        health_(streams_, pipeline_.counters(), pipeline_.supervisor(), recorder_) {}
+        health_(streams_, pipeline_.counters(), pipeline_.supervisor(), recording_.recorder()) {}
 
   int run() {
-    const StopSignals signals;
+    StopSignals signals;
+    if (!is_replay_) signals.take_trigger();
     if (auto started = start_display(); !started) return fail(started.error());
-    if (plan_.config.recording.at_start || plan_.arguments.record || plan_.record_file) {
-      if (auto opened = start_recording(); !opened) return fail(opened.error());
-    }
+    if (auto begun = recording_.begin(); !begun) return fail(begun.error());
     for (auto& source : plan_.sources) pipeline_.add_source(std::move(source));
     const HostTime begin = host_now();
     for (auto& action : plan_.first_actions) pipeline_.act(action, begin);
     run_threads(signals, begin);
     const double wall_s = to_seconds(host_now() - begin);
     notify_stopping();
-    const auto closed = recorder_.close();
+    const auto closed = recording_.finish();
     if (display_) display_->stop();
     report(wall_s);
     if (!closed) return fail(closed.error());
@@ -86,13 +84,32 @@ class Session {
     return kExitFailed;
   }
 
-  recorder::RecorderOptions recorder_options() {
-    recorder::RecorderOptions options;
-    options.queue_bytes = static_cast<std::uint64_t>(plan_.config.recording.memory_mib * 1024 * 1024);
-    options.wait_when_full = is_replay_;
-    options.image_storage = plan_.image_storage;
-    options.upstream_counters = [this] { return health_.upstream_counters(); };
-    return options;
+  RecordingPlan recording_plan() const {
+    RecordingPlan plan;
+    plan.config = plan_.config.recording;
+    if (plan_.arguments.record) plan.config.directory = *plan_.arguments.record;
+    plan.name = plan_.config.name;
+    plan.description.program_version = kVersion;
+    plan.description.config_text = plan_.config.text;
+    plan.description.site_text = plan_.config.site_text;
+    plan.description.utc_minus_host_time = utc_minus_host_time_;
+    plan.description.other["name"] = plan_.config.name;
+    plan.is_replay = is_replay_;
+    plan.has_pictures = !plan_.cameras.empty();
+    plan.at_start = plan_.config.recording.at_start || plan_.arguments.record || plan_.record_file;
+    plan.file = plan_.record_file;
+    plan.image_storage = plan_.image_storage;
+    return plan;
+  }
+
+  RecordingCallbacks recording_callbacks() {
+    RecordingCallbacks callbacks;
+    callbacks.upstream_counters = [this] { return health_.upstream_counters(); };
+    callbacks.mark = [this](OperatorAction mark) { pipeline_.act(std::move(mark), host_now()); };
+    callbacks.lost = [this](StreamId stream) {
+      pipeline_.counters().of(stream).dropped.fetch_add(1, std::memory_order_relaxed);
+    };
+    return callbacks;
   }
 
   Pipeline::Options pipeline_options() {
@@ -112,8 +129,7 @@ class Session {
     Pipeline::Hooks hooks;
     hooks.input = [this](const Sample& sample, HostTime log_time) {
       if (first_input_.load() == kNoInput) first_input_ = to_ns(log_time);
-      obey(sample);
-      recorder_.record(sample, log_time);
+      recording_.input(sample, log_time);
       // Everything else is shown further on, where it has its place in the order.
       if (display_ && sample.kind() == SampleKind::raw_bytes) display_->publish(sample, log_time);
     };
@@ -125,8 +141,8 @@ class Session {
       if (is_derived) {
         pipeline_.counters().of(sample.header.stream).received.fetch_add(1, std::memory_order_relaxed);
         digest_->add(sample, streams_);
-        recorder_.record(sample, log_time);
       }
+      recording_.analysed(sample, log_time);
       results_->see(sample);
       if (display_) display_->publish(sample, log_time);
     };
@@ -143,9 +159,9 @@ class Session {
     digest_ = std::make_unique<Digest>();
     results_ = std::make_unique<ResultCollector>(streams_);
     if (display_) display_->restart();
-    if (!recorder_.state().recording) return;
+    if (!recording_.is_recording()) return;
     log("recorder")->warn("the replay went to another place: its recording ends here, for a session's time never goes back");
-    close_recording();
+    recording_.end_here();
   }
 
   /// A paused replay shows its position: the analysis has to see a little more than that.
@@ -153,43 +169,6 @@ class Session {
     if (!is_replay_) return true;
     const PlayerState player = plan_.player->state();
     return player.playing || frame.header.sample_time <= player.position;
-  }
-
-  /// Actions that concern the recording. In a replay they are history.
-  void obey(const Sample& sample) {
-    const auto* action = std::get_if<OperatorAction>(&sample.payload);
-    if (action == nullptr || is_replay_) return;
-    if (action->kind == OperatorAction::Kind::start_recording) {
-      if (auto opened = start_recording(); !opened) log("recorder")->error(opened.error().message);
-    } else if (action->kind == OperatorAction::Kind::stop_recording) {
-      // Closing waits for the disk: not in the sequencer's thread.
-      stop_recording_wanted_ = true;
-    }
-  }
-
-  Result<void> start_recording() {
-    if (plan_.record_file) return open_recording(*plan_.record_file);
-    const auto directory = plan_.arguments.record.value_or(plan_.config.recording.directory);
-    std::error_code error;
-    std::filesystem::create_directories(directory, error);
-    if (error) {
-      return Error{ErrorCode::io, fmt::format("recording directory {}: {}; make it or name another one with --record",
-                                              directory.string(), error.message())};
-    }
-    const auto utc = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
-    return open_recording(directory / fmt::format("{}-{:%Y%m%dT%H%M%S}Z.mcap", plan_.config.name, utc));
-  }
-
-  Result<void> open_recording(const std::filesystem::path& path) {
-    recorder::SessionDescription description;
-    description.program_version = kVersion;
-    description.config_text = plan_.config.text;
-    description.site_text = plan_.config.site_text;
-    description.utc_minus_host_time = utc_minus_host_time_;
-    description.other["name"] = plan_.config.name;
-    auto opened = recorder_.open(path, description);
-    if (opened) log("recorder")->info("recording to {}", path.string());
-    return opened;
   }
 
   Result<void> start_display() {
@@ -214,14 +193,7 @@ class Session {
 
   /// In the display's thread: an answer the operator sees at once, the deed as an input.
   Result<void> act(const OperatorAction& action) {
-    const bool is_recording = recorder_.state().recording;
-    if (is_replay_) return Error{ErrorCode::unsupported, "this is a replay: nothing can be recorded or marked"};
-    if (action.kind == OperatorAction::Kind::start_recording && is_recording) {
-      return Error{ErrorCode::busy, "already recording"};
-    }
-    if (action.kind == OperatorAction::Kind::stop_recording && !is_recording) {
-      return Error{ErrorCode::invalid_argument, "nothing is being recorded"};
-    }
+    if (auto allowed = recording_.allows(action); !allowed) return allowed;
     pipeline_.act(action, host_now());
     return {};
   }
@@ -236,12 +208,15 @@ class Session {
     Progress progress(plan_.mode);
     HostTime next_health = begin;
     while (!done) {
-      const bool is_asked_to_stop = signals.wait(kControlInterval);
+      const auto caught = signals.wait_for_any(kControlInterval);
       const HostTime now = host_now();
       const bool time_is_up = plan_.arguments.seconds && to_seconds(now - begin) >= *plan_.arguments.seconds;
-      if (is_asked_to_stop || time_is_up) sequencer.request_stop();
+      if (caught == StopSignals::Caught::stop || time_is_up) sequencer.request_stop();
       if (plan_.stay_at_end) plan_.stay_at_end(is_watched(now));
-      if (stop_recording_wanted_.exchange(false)) close_recording();
+      if (caught == StopSignals::Caught::trigger) {
+        pipeline_.act({.kind = OperatorAction::Kind::trigger, .text = "signal"}, now);
+      }
+      recording_.look_after(now);
       if (now >= next_health) {
         next_health = now + kHealthInterval;
         publish_health(now);
@@ -255,19 +230,16 @@ class Session {
     return last_watched_ && now - *last_watched_ < kViewerGrace;
   }
 
-  void close_recording() {
-    if (auto closed = recorder_.close(); !closed) log("recorder")->error(closed.error().message);
-  }
-
   void publish_health(HostTime now) {
     // On the axis of the samples: in a replay that is the recording's time.
     const HostTime session_now = is_replay_ ? pipeline_.position() : now;
     for (const Sample& drop : health_.new_drops(session_now)) {
-      recorder_.record(drop, session_now);
+      recording_.about_itself(drop, session_now);
       if (display_) display_->publish(drop, session_now);
     }
-    const Sample sample = health_.sample(session_now);
-    recorder_.record(sample, session_now);
+    Sample sample = health_.sample(session_now);
+    recording_.report(std::get<Health>(sample.payload));
+    recording_.about_itself(sample, session_now);
     if (display_) display_->publish(sample, session_now);
     const auto& health = std::get<Health>(sample.payload);
     notify_alive(health.recording_path.empty() ? "not recording" : "recording to " + health.recording_path);
@@ -283,7 +255,7 @@ class Session {
     RunFacts facts;
     facts.duration_s = session_seconds();
     facts.wall_s = wall_s;
-    facts.recording = recorder_.state().path;
+    facts.recording = recording_.recorder().state().path;
     facts.digest = digest_->hex();
     facts.streams = health_.counters();
     facts.clocks = pipeline_.clocks();
@@ -303,10 +275,9 @@ class Session {
   std::unique_ptr<ResultCollector> results_;  // of what came since the replay's last jump
   std::unique_ptr<Digest> digest_;            // likewise
   std::unique_ptr<display::DisplayServer> display_;
-  recorder::Recorder recorder_;
+  Recording recording_;
   Pipeline pipeline_;
   HealthReporter health_;
-  std::atomic<bool> stop_recording_wanted_{false};
   std::atomic<std::int64_t> first_input_{kNoInput};
   std::atomic<double> played_before_s_{0};  // before the replay's last jump
   std::optional<HostTime> last_watched_;

@@ -12,10 +12,19 @@ StopSignals::StopSignals() {
   std::signal(SIGPIPE, SIG_IGN);
 }
 
-bool StopSignals::wait(std::chrono::nanoseconds timeout) const {
+void StopSignals::take_trigger() {
+  sigaddset(&signals_, SIGUSR1);
+  pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
+}
+
+bool StopSignals::wait(std::chrono::nanoseconds timeout) const { return wait_for_any(timeout) == Caught::stop; }
+
+StopSignals::Caught StopSignals::wait_for_any(std::chrono::nanoseconds timeout) const {
   const auto seconds = std::chrono::floor<std::chrono::seconds>(timeout);
   const timespec wait{.tv_sec = seconds.count(), .tv_nsec = (timeout - seconds).count()};
-  return sigtimedwait(&signals_, nullptr, &wait) > 0;
+  const int signal = sigtimedwait(&signals_, nullptr, &wait);
+  if (signal <= 0) return Caught::nothing;
+  return signal == SIGUSR1 ? Caught::trigger : Caught::stop;
 }
 
 }  // namespace roseau::daemon

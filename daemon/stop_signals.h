@@ -1,8 +1,9 @@
-// StopSignals: Ctrl-C and SIGTERM as something to wait for.
+// StopSignals: Ctrl-C and SIGTERM as something to wait for; SIGUSR1 where it means something.
 #pragma once
 
 #include <chrono>
 #include <csignal>
+#include <cstdint>
 
 namespace roseau::daemon {
 
@@ -11,6 +12,10 @@ namespace roseau::daemon {
 class StopSignals {
  public:
   StopSignals();
+  enum class Caught : std::uint8_t { nothing, stop, trigger };
+  /// From now on SIGUSR1 is waited for too.
+  void take_trigger();
+  Caught wait_for_any(std::chrono::nanoseconds timeout) const;
   /// Waits at most that long; true: stop.
   bool wait(std::chrono::nanoseconds timeout) const;
 

@@ -193,6 +193,36 @@ std::string marks_json(const std::vector<RecordedMark>& marks) {
   return dump({{"marks", std::move(list)}});
 }
 
+std::string recording_json(const Health& health) {
+  json copy = nullptr;
+  if (!health.copy.directory.empty()) {
+    copy = {{"directory", health.copy.directory},
+            {"state", to_string(health.copy.state)},
+            {"message", health.copy.message},
+            {"verified_bytes", health.copy.verified_bytes},
+            {"behind_bytes", health.copy.behind_bytes}};
+  }
+  return dump({{"phase", to_string(health.recording_phase)},
+               {"cause", health.recording_cause},
+               {"ends_s", health.recording_ends_s},
+               {"state", to_string(health.recorder)},
+               {"message", health.recorder_message},
+               {"path", health.recording_path},
+               {"part", health.recording_part},
+               {"recording_s", health.recording_s},
+               {"file_bytes", health.recorded_bytes},
+               {"session_bytes", health.session_bytes},
+               {"write_rate_bytes_per_s", health.write_rate_bytes_per_s},
+               {"disk_free_bytes", health.disk_free_bytes},
+               {"disk_free_s", health.disk_free_s},
+               {"pre_trigger_s", health.pre_trigger_s},
+               {"pre_trigger_bytes", health.pre_trigger_bytes},
+               {"pre_trigger_cut_off", health.pre_trigger_cut_off},
+               {"copy", std::move(copy)},
+               {"battery_percent", health.battery_percent > 0 ? json(health.battery_percent) : json(nullptr)},
+               {"on_battery", health.on_battery}});
+}
+
 std::string error_json(std::string_view message) { return dump({{"error", std::string(message)}}); }
 
 std::optional<ChannelId> channel_in_query(std::string_view target) {

@@ -1,6 +1,7 @@
 // The JSON side of the server: what the page asks for and what it may do. Texts in, values out; no socket.
 //
 //   GET  /api/state           the display's own state (also pushed on the channel /display/state)
+//   GET  /api/recording       what the recorder does, as of the last second: phase, cause, file, rate, free time, copy, battery
 //   GET  /api/streams         what every stream is: topic, kind, role, device, metadata, channel
 //   GET  /api/marks           what was marked when the session that is replayed was recorded
 //   GET  /api/history?channel=ID   what is kept of a channel (hub.h says in what form)
@@ -60,6 +61,7 @@ struct DisplayState {
 std::string state_json(const DisplayState& state);
 std::string streams_json(const StreamTable& streams);
 std::string marks_json(const std::vector<RecordedMark>& marks);
+std::string recording_json(const Health& health);
 std::string error_json(std::string_view message);
 
 /// The value of `name` in the target's query as a channel number.

@@ -164,6 +164,8 @@ class DisplayServer::Impl final : public WebHandler {
   void show(const InboxItem& item, MessageMaker& maker) {
     announce_new_streams();
     newest_ns_ = to_ns(item.log_time);
+    if (const auto* health = std::get_if<Health>(&item.sample.payload))
+      web_.post([this, health = *health] { health_ = health; });
     if (in_transit_ > kMostInTransit && is_conflated(item.sample.kind())) {
       inbox_.count_drop(item.sample.header.stream);
       return;
@@ -203,6 +205,10 @@ class DisplayServer::Impl final : public WebHandler {
     if (request.method != "GET" && request.method != "HEAD") return words(405, "only GET, HEAD and POST are served");
     const std::string_view path = path_of(request);
     if (path == "/api/state") return json_response(200, state_json(state()));
+    if (path == "/api/recording") {
+      if (!health_) return json_response(503, error_json("nothing is known yet: ask again in a second"));
+      return json_response(200, recording_json(*health_));
+    }
     if (path == "/api/streams") return json_response(200, streams_json(streams_));
     if (path == "/api/marks") return json_response(200, marks_json(options_.marks));
     if (path == "/api/history") return on_history(request);
@@ -399,6 +405,7 @@ class DisplayServer::Impl final : public WebHandler {
   std::size_t announced_ = 0;  // the display's own thread
 
   // The server's thread.
+  std::optional<Health> health_;  // the newest
   StaticFiles files_;
   std::vector<PictureSize> picture_sizes_;
   std::uint64_t followed_jump_ = 0;  // of the player's: viewers know of it

@@ -64,12 +64,17 @@ bool RecordingControl::line_up(const Sample& sample, HostTime log_time) {
     waiting.is_leased = true;
   }
   if (waiting_bytes_ + waiting.kept.bytes > options_.waiting_bytes) {
-    ++lost_;
+    lose(sample.header.stream);
     return false;
   }
   waiting_bytes_ += waiting.kept.bytes;
   add(std::move(waiting));
   return true;
+}
+
+void RecordingControl::lose(StreamId stream) {
+  ++lost_;
+  if (callbacks_.lost) callbacks_.lost(stream);
 }
 
 void RecordingControl::add(Step step) {
@@ -132,6 +137,15 @@ void RecordingControl::stop(HostTime at) {
   policy_.stop(at);
 }
 
+void RecordingControl::end_here() {
+  const std::scoped_lock lock(mutex_);
+  if (policy_.is_open()) {
+    policy_.abandon();
+    add(CloseFile{});
+  }
+  now_ = HostTime::min();
+}
+
 void RecordingControl::refuse(const std::string& reason) {
   const std::scoped_lock lock(mutex_);
   refusal_ = reason;
@@ -161,10 +175,12 @@ void RecordingControl::work() {
 
 void RecordingControl::carry_out(Step& step) {
   if (const auto* waiting = std::get_if<Waiting>(&step)) {
-    const bool kept = is_open_ && recorder_.record_waiting(waiting->kept.sample, waiting->kept.log_time);
-    if (kept) return;
+    if (is_open_) {  // what the recorder drops it counts itself
+      recorder_.record_waiting(waiting->kept.sample, waiting->kept.log_time);
+      return;
+    }
     const std::scoped_lock lock(mutex_);
-    ++lost_;
+    lose(waiting->kept.sample.header.stream);
   } else if (const auto* open = std::get_if<OpenFile>(&step)) {
     opened_ = callbacks_.open(open->cause);
     is_open_ = opened_.has_value();
@@ -188,11 +204,8 @@ Result<void> RecordingControl::settle() {
 
 Result<void> RecordingControl::finish() {
   {
+    end_here();
     const std::scoped_lock lock(mutex_);
-    if (policy_.is_open()) {
-      policy_.abandon();
-      add(CloseFile{});
-    }
     is_ending_ = true;
     refusal_ = "the session has ended";
     work_ready_.notify_one();

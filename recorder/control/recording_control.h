@@ -36,12 +36,14 @@ struct ControlOptions {
   std::uint64_t waiting_bytes = std::uint64_t{128} << 20U;
 };
 
-/// What the control needs done. Both are called without any of the control's locks held.
+/// What the control needs done. The first two are called without any of the control's locks held.
 struct ControlCallbacks {
   /// Opens the recorder's file for a recording that was begun by `cause`. In the control's thread.
   std::function<Result<void>(const std::string& cause)> open;
   /// A recording has ended; its file is closed. In the control's thread.
   std::function<void(const Result<void>& closed)> closed;
+  /// A sample of this stream was dropped because the past was still being written. In whichever thread it came; quick.
+  std::function<void(StreamId stream)> lost;
 };
 
 struct ControlStatus {
@@ -76,6 +78,9 @@ class RecordingControl {
   void end_trigger(HostTime at, const std::string& name);
   void stop(HostTime at);
 
+  /// The recording ends with the sample taken last, whatever its log time was. What comes may have any log time.
+  void end_here();
+
   /// From now on nothing is begun; empty: it may again. A running recording is not touched.
   void refuse(const std::string& reason);
 
@@ -104,6 +109,7 @@ class RecordingControl {
   void began(bool is_new);
   void move_on(HostTime now);
   bool line_up(const Sample& sample, HostTime log_time);
+  void lose(StreamId stream);
   void add(Step step);
   void work();
   void carry_out(Step& step);

@@ -132,6 +132,7 @@ SecondCopy::Job* SecondCopy::job_of(const std::filesystem::path& file) {
 
 void SecondCopy::follow(const std::filesystem::path& file, std::uint64_t bytes) {
   const std::scoped_lock lock(mutex_);
+  if (done_.contains(file)) return;
   Job* job = job_of(file);
   if (job == nullptr) job = &jobs_.emplace_back(Job{.file = file});
   if (job->is_finished) return;
@@ -192,6 +193,7 @@ void SecondCopy::note(const Job& job, const Result<bool>& stepped, const FileCop
   if (Job* present = job_of(job.file); present != nullptr) present->verified = copier.verified_bytes();
   if (copier.is_done()) {
     done_bytes_ += copier.verified_bytes();
+    done_.insert(job.file);
     forget(job.file);
   }
   if (stepped) {

@@ -13,6 +13,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <utility>
@@ -107,7 +108,8 @@ class SecondCopy {
   mutable std::mutex mutex_;
   std::condition_variable_any work_ready_;
   std::condition_variable changed_;
-  std::deque<Job> jobs_;  // oldest first
+  std::deque<Job> jobs_;                  // oldest first
+  std::set<std::filesystem::path> done_;  // a last word about how far a file was may come after it was closed and copied
   Health::Copy state_;
   std::uint64_t done_bytes_ = 0;  // of finished jobs
   bool has_failed_ = false;

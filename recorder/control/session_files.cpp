@@ -17,7 +17,7 @@
 
 #include "recorder/format/codec.h"
 #include "recorder/format/file_io.h"
-#include "recorder/format/record_reader.h"
+#include "recorder/recorder.h"
 
 namespace roseau::recorder {
 
@@ -68,6 +68,7 @@ std::optional<RecordingMarker::Note> read_note(const std::filesystem::path& path
   RecordingMarker::Note note;
   note.session = path.stem().string();
   note.session_id = values["session_id"];
+  note.cause = values["cause"];
   note.boot_id = values["boot_id"];
   const std::string& part = values["part"];
   std::from_chars(part.data(), part.data() + part.size(), note.part);
@@ -103,6 +104,12 @@ std::optional<PartName> part_name_from(const std::filesystem::path& file) {
   if (!ends_with_time(name)) return std::nullopt;
   found.session = std::move(name);
   return found;
+}
+
+std::filesystem::path path_of_part(const std::filesystem::path& file, std::uint32_t part) {
+  const auto name = part_name_from(file);
+  const auto first = name ? file.parent_path() / (name->session + std::string(kEnding)) : file;
+  return default_part_path(first, part);
 }
 
 std::vector<SessionFile> list_session_files(const std::filesystem::path& directory) {
@@ -167,8 +174,8 @@ Result<void> RecordingMarker::update(std::uint32_t part, const std::string& sess
 
 Result<void> RecordingMarker::write() {
   std::ostringstream text;
-  text << "part = " << note_.part << "\nsession_id = " << note_.session_id << "\nboot_id = " << note_.boot_id
-       << "\nprocess = " << note_.process << "\n";
+  text << "part = " << note_.part << "\nsession_id = " << note_.session_id << "\ncause = " << note_.cause
+       << "\nboot_id = " << note_.boot_id << "\nprocess = " << note_.process << "\n";
   const std::string bytes = text.str();
   const ssize_t written = ::pwrite(fd_, bytes.data(), bytes.size(), 0);
   if (written != static_cast<ssize_t>(bytes.size())) return failure("cannot write", path_, written < 0 ? errno : ENOSPC);

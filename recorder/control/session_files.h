@@ -25,6 +25,9 @@ struct PartName {
 /// Nothing when a recording would not be called that.
 std::optional<PartName> part_name_from(const std::filesystem::path& file);
 
+/// The path of a part, whatever part of its session `file` is.
+std::filesystem::path path_of_part(const std::filesystem::path& file, std::uint32_t part);
+
 struct SessionFile {
   std::filesystem::path path;
   PartName name;
@@ -46,6 +49,7 @@ class RecordingMarker {
     std::string session;
     std::string session_id;  // the recorder's
     std::uint32_t part = 1;
+    std::string cause;    // who or what began it
     std::string boot_id;  // of the machine: another one means that it was started anew since
     std::int64_t process = 0;
   };

@@ -19,7 +19,7 @@ const std::filesystem::path kConfigs = std::filesystem::path(ROSEAU_SOURCE_DIR) 
 Result<Config> parse(const std::string& text) { return parse_config(text, "field.toml", ROSEAU_SOURCE_DIR); }
 
 TEST(Config, EveryExampleReads) {
-  for (const char* name : {"reference.toml", "field.toml", "demo.toml"}) {
+  for (const char* name : {"reference.toml", "field.toml", "demo.toml", "unattended.toml"}) {
     const auto config = load_config(kConfigs / name);
     EXPECT_TRUE(config) << (config ? "" : config.error().message);
   }

@@ -91,6 +91,9 @@ TEST(PartName, OnlyWhatARecordingIsCalled) {
   ASSERT_TRUE(second);
   EXPECT_EQ(second->session, "storm-20261122T140501Z");
   EXPECT_EQ(second->part, 12U);
+  EXPECT_EQ(path_of_part("/data/storm-20261122T140501Z.mcap", 3), "/data/storm-20261122T140501Z.part003.mcap");
+  EXPECT_EQ(path_of_part("/data/storm-20261122T140501Z.part003.mcap", 4), "/data/storm-20261122T140501Z.part004.mcap");
+  EXPECT_EQ(path_of_part("/data/storm-20261122T140501Z.part003.mcap", 1), "/data/storm-20261122T140501Z.mcap");
   for (const char* other : {"storm.mcap", "20261122T140501Z.mcap", "-20261122T140501Z.mcap", "a-20261122T140501Z.mcap.copying",
                             "a-20261122T14O501Z.mcap", "a-20261122T140501Z.part2.mcap", "a-20261122T140501Z.part001.mcap",
                             "a-20261122T140501Z.partxyz.mcap", "a-20261122T140501Z.bag"}) {
@@ -195,11 +198,11 @@ TEST_F(DirectoryTest, WhatIsBeingRecordedIsLeftAlone) {
 }
 
 TEST_F(DirectoryTest, AMarkerSaysWhoAndWhichPart) {
-  auto marker = RecordingMarker::place(folder.path(), {.session = "storm-20261122T140501Z"});
+  auto marker = RecordingMarker::place(folder.path(), {.session = "storm-20261122T140501Z", .cause = "at start"});
   ASSERT_TRUE(marker);
   ASSERT_TRUE(marker->update(12, "f00"));
   const auto text = read_text_file(folder.path() / "storm-20261122T140501Z.recording");
-  EXPECT_THAT(text, HasSubstr("part = 12\nsession_id = f00\n"));
+  EXPECT_THAT(text, HasSubstr("part = 12\nsession_id = f00\ncause = at start\n"));
   EXPECT_THAT(text, HasSubstr("boot_id = " + current_boot_id()));
 }
 

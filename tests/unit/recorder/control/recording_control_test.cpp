@@ -183,6 +183,19 @@ TEST_F(RecordingControlTest, AFileThatCannotBeMadeIsSaidAndThePastGoesOn) {
   EXPECT_EQ(roseau::testing::read_text_file(file(1)), "somebody's");
 }
 
+TEST_F(RecordingControlTest, EndsHereBeforeTimeGoesBack) {
+  make(with(0s, 1s));
+  ASSERT_TRUE(control->start(HostTime::min(), "at start"));
+  play(5000, 6000);
+  control->end_here();
+  play(0, 100);
+  ASSERT_TRUE(control->start(at_ms(100), "operator"));
+  play(110, 200);
+  ASSERT_TRUE(control->finish());
+  EXPECT_EQ(read(1).at("/sonic/wind"), steps(5000, 6000));
+  EXPECT_EQ(read(2).at("/sonic/wind"), steps(110, 200));
+}
+
 TEST_F(RecordingControlTest, RefusesInWords) {
   make(with(0s, 1s));
   control->refuse("the disk is full");
