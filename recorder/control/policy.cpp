@@ -67,7 +67,7 @@ void RecordingPolicy::abandon() {
 }
 
 RecordingPhase RecordingPolicy::phase(HostTime now) const {
-  if (!is_open_ || (last_ && *last_ < now)) return RecordingPhase::idle;
+  if (!is_open_ || (last_ && *last_ <= now)) return RecordingPhase::idle;
   return last_ ? RecordingPhase::post_trigger : RecordingPhase::recording;
 }
 
