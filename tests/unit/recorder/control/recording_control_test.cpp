@@ -55,6 +55,27 @@ TEST_F(RecordingControlTest, ThePastHoldsNoCamerasBuffers) {
   EXPECT_EQ(read(1).at("/camera0/image"), steps(0, 2000, 20));
 }
 
+TEST_F(RecordingControlTest, OfACodedFrameThePastKeepsTheStoredForm) {
+  Past past({.length = 1s, .bytes = 16'000, .has_pictures = true});
+  FramePool coded_pool(1, 100);
+  Sample sample = picture(at_ms(0));
+  auto& frame = std::get<Frame>(sample.payload);
+  frame.coded = {.lease = coded_pool.acquire(), .size = 60, .format = ImageStorage::jpeg};
+  std::memset(frame.coded.lease.writable_bytes().data(), 42, 100);
+  past.keep(sample, at_ms(0));
+  sample = {};
+  EXPECT_EQ(coded_pool.free_count(), 1U);
+  EXPECT_EQ(pool.free_count(), 8U);
+  const auto kept = past.take_oldest();
+  ASSERT_TRUE(kept);
+  const auto& kept_frame = std::get<Frame>(kept->sample.payload);
+  EXPECT_FALSE(kept_frame.pixels);
+  EXPECT_EQ(kept_frame.coded.format, ImageStorage::jpeg);
+  EXPECT_THAT(kept_frame.coded.bytes(), ::testing::SizeIs(60));
+  EXPECT_THAT(kept_frame.coded.bytes(), ::testing::Each(std::byte{42}));
+  EXPECT_EQ(past.bytes(), 0U);
+}
+
 TEST_F(RecordingControlTest, BytesBoundThePastAndWhatTheyCutOffIsCounted) {
   make(with(1h, 1s,
             12'000));  // 11,250 bytes of pixels: ten pictures; 750 bytes for the rest: no sample of another kind fits twice
