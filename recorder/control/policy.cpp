@@ -5,11 +5,12 @@
 namespace roseau::recorder {
 
 bool RecordingPolicy::begin(HostTime at, const std::string& cause) {
-  if (is_open_) {
+  if (is_open_ && !is_stopped_) {
     last_.reset();
     return false;
   }
   is_open_ = true;
+  is_stopped_ = false;
   // Where the past would begin before time does: with everything there is.
   first_ = at.time_since_epoch() < Duration::min() + options_.pre_trigger ? HostTime::min() : at - options_.pre_trigger;
   last_.reset();
@@ -25,7 +26,9 @@ bool RecordingPolicy::start(HostTime at, const std::string& cause) {
 bool RecordingPolicy::stop(HostTime at) {
   is_held_ = false;
   active_.clear();
-  if (!is_open_ || (last_ && *last_ <= at)) return false;
+  if (!is_open_) return false;
+  is_stopped_ = true;
+  if (last_ && *last_ <= at) return false;
   last_ = at;
   return true;
 }
@@ -44,7 +47,7 @@ bool RecordingPolicy::trigger(HostTime at, const std::string& name) {
   const std::optional<HostTime> ended = last_;
   const bool began = begin_trigger(at, name);
   end_trigger(at, name);
-  if (last_ && ended) last_ = std::max(*last_, *ended);
+  if (!began && last_ && ended) last_ = std::max(*last_, *ended);
   return began;
 }
 
@@ -60,6 +63,7 @@ bool RecordingPolicy::is_over(HostTime now) {
 
 void RecordingPolicy::abandon() {
   is_open_ = false;
+  is_stopped_ = false;
   is_held_ = false;
   active_.clear();
   last_.reset();

@@ -30,7 +30,8 @@ class RecordingPolicy {
 
   /// Records until stop(), whatever triggers do. True: this began a recording.
   bool start(HostTime at, const std::string& cause);
-  /// The recording's last log time is `at`. Triggers that are still on do not begin another one. False: there is none.
+  /// The recording's last log time is `at`; whatever begins after this begins another one. Triggers that are still on do not
+  /// begin another one. False: there is none.
   bool stop(HostTime at);
 
   /// A trigger's condition came true; records until it has ended and the post-trigger time is over. True: this began a
@@ -60,6 +61,7 @@ class RecordingPolicy {
   const PolicyOptions options_;
   bool is_open_ = false;
   bool is_held_ = false;          // by the operator
+  bool is_stopped_ = false;       // by stop(): it will not go on
   std::set<std::string> active_;  // triggers whose condition holds
   HostTime first_;                // log times of the recording, both included
   std::optional<HostTime> last_;

@@ -38,6 +38,7 @@ RecordingControl::~RecordingControl() { static_cast<void>(finish().has_value());
 bool RecordingControl::take(const Sample& sample, HostTime log_time) {
   const std::scoped_lock lock(mutex_);
   move_on(log_time);
+  remember(sample, log_time);
   if (policy_.wants(log_time)) return is_direct_ ? recorder_.record(sample, log_time) : line_up(sample, log_time);
   // What comes behind the end of a recording may be the past of the next one.
   const auto ends_at = policy_.ends_at();
@@ -78,6 +79,8 @@ void RecordingControl::lose(StreamId stream) {
 }
 
 void RecordingControl::add(Step step) {
+  if (std::holds_alternative<OpenFile>(step)) is_file_due_ = true;
+  if (std::holds_alternative<CloseFile>(step)) is_file_due_ = false;
   is_direct_ = false;
   line_.push_back(std::move(step));
   work_ready_.notify_one();
@@ -89,15 +92,53 @@ Result<void> RecordingControl::may_begin() const {
 }
 
 /// The past goes into the line: behind the file's opening, or behind what is recorded already.
-void RecordingControl::began(bool is_new) {
+void RecordingControl::began(bool is_new, HostTime at) {
+  std::vector<KeptSample> past;
+  while (auto kept = past_.take_oldest()) {
+    if (policy_.wants(kept->log_time)) past.push_back(std::move(*kept));
+  }
   if (is_new) {
     failure_.clear();
+    if (is_file_due_) add(CloseFile{});  // of a recording that was stopped a moment ago
     add(OpenFile{policy_.cause(), ++recordings_});
+    restate(past, at);
   }
-  while (auto kept = past_.take_oldest()) {
-    if (!policy_.wants(kept->log_time)) continue;
-    waiting_bytes_ += kept->bytes;
-    add(Waiting{std::move(*kept)});
+  for (KeptSample& kept : past) wait_in_line(std::move(kept));
+}
+
+void RecordingControl::wait_in_line(KeptSample kept) {
+  waiting_bytes_ += kept.bytes;
+  add(Waiting{std::move(kept)});
+}
+
+void RecordingControl::remember(const Sample& sample, HostTime log_time) {
+  const auto* action = std::get_if<OperatorAction>(&sample.payload);
+  if (action == nullptr && sample.kind() != SampleKind::camera_calibration) return;
+  using Kind = OperatorAction::Kind;
+  if (action != nullptr && action->kind != Kind::add_target && action->kind != Kind::remove_target) return;
+  // What is said anew or taken back is no longer in force.
+  std::erase_if(context_, [&](const KeptSample& known) {
+    const auto* target = std::get_if<OperatorAction>(&known.sample.payload);
+    if (action == nullptr) return target == nullptr && known.sample.header.stream == sample.header.stream;
+    return target != nullptr && target->text == action->text && (action->camera.empty() || target->camera == action->camera);
+  });
+  if (action == nullptr || action->kind == Kind::add_target) {
+    context_.push_back({sample, log_time, bytes_without_pixels(sample)});
+  }
+}
+
+/// With the times they had, a replay would begin with a long wait.
+void RecordingControl::restate(const std::vector<KeptSample>& past, HostTime at) {
+  const HostTime begin = past.empty() ? at : past.front().log_time;
+  auto ahead = static_cast<std::int64_t>(context_.size());
+  for (KeptSample restated : context_) {
+    const bool is_there = std::ranges::any_of(past, [&](const KeptSample& kept) {
+      return kept.log_time == restated.log_time && kept.sample.header.stream == restated.sample.header.stream;
+    });
+    if (is_there) continue;
+    restated.log_time = begin - Duration{ahead--};
+    restated.sample.header.arrival_time = restated.sample.header.sample_time = restated.log_time;
+    wait_in_line(std::move(restated));
   }
 }
 
@@ -105,7 +146,7 @@ Result<void> RecordingControl::start(HostTime at, const std::string& cause) {
   const std::scoped_lock lock(mutex_);
   move_on(at);
   if (auto may = may_begin(); !may) return may;
-  began(policy_.start(at, cause));
+  began(policy_.start(at, cause), at);
   return {};
 }
 
@@ -113,7 +154,7 @@ Result<void> RecordingControl::trigger(HostTime at, const std::string& name) {
   const std::scoped_lock lock(mutex_);
   move_on(at);
   if (auto may = may_begin(); !may) return may;
-  began(policy_.trigger(at, name));
+  began(policy_.trigger(at, name), at);
   return {};
 }
 
@@ -121,7 +162,7 @@ Result<void> RecordingControl::begin_trigger(HostTime at, const std::string& nam
   const std::scoped_lock lock(mutex_);
   move_on(at);
   if (auto may = may_begin(); !may) return may;
-  began(policy_.begin_trigger(at, name));
+  began(policy_.begin_trigger(at, name), at);
   return {};
 }
 

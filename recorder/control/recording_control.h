@@ -5,8 +5,9 @@
 //                      -> recording: the recorder, or, while the past is still being written, a line behind it
 //   own thread: makes files, writes the line out, closes files
 //
-// No sample is lost or recorded twice on the way. Order is kept: the past, then what came while it was written, then what
-// comes.
+// What a recording needs to be of use alone, and came long before it, stands at its front, restated as of then: how the cameras
+// look at the world, and which targets the operator chose. No other sample is recorded twice, and none is lost on the way. Order
+// is kept: the past, then what came while it was written, then what comes.
 #pragma once
 
 #include <condition_variable>
@@ -18,6 +19,7 @@
 #include <string>
 #include <thread>
 #include <variant>
+#include <vector>
 
 #include "core/result.h"
 #include "core/sample.h"
@@ -106,7 +108,10 @@ class RecordingControl {
   using Step = std::variant<OpenFile, Waiting, CloseFile>;
 
   Result<void> may_begin() const;
-  void began(bool is_new);
+  void began(bool is_new, HostTime at);
+  void remember(const Sample& sample, HostTime log_time);
+  void restate(const std::vector<KeptSample>& past, HostTime at);
+  void wait_in_line(KeptSample kept);
   void move_on(HostTime now);
   bool line_up(const Sample& sample, HostTime log_time);
   void lose(StreamId stream);
@@ -124,7 +129,9 @@ class RecordingControl {
   RecordingPolicy policy_;
   Past past_;
   HostTime now_ = HostTime::min();
-  std::uint64_t recordings_ = 0;  // begun so far
+  std::uint64_t recordings_ = 0;     // begun so far
+  bool is_file_due_ = false;         // a file's opening stands in the line, or was carried out, and its closing does not
+  std::vector<KeptSample> context_;  // calibrations and targets in force
   std::deque<Step> line_;
   bool is_working_ = false;
   bool is_direct_ = false;  // a file is open and nothing waits: samples go straight to the recorder

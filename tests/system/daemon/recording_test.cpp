@@ -48,10 +48,10 @@ TEST_F(RecordingControlTest, WindOnTheSimulatedRigTriggersOnce) {
   EXPECT_GT(recorded, received / 4);
   EXPECT_EQ(streams["/camera0/image"]["dropped"], 0);
   EXPECT_GT(streams["/camera0/image"]["recorded"].get<int>(), 0);
-  // The mark that says why is an input of the recording.
+  // Inputs of the recording: the mark that says why, and the targets of both cameras, chosen before it began.
   const auto replayed = run({"replay", recordings().front(), "--max", "--headless", "--json"});
   ASSERT_EQ(replayed.status, 0) << replayed.err;
-  EXPECT_EQ(replayed.json()["streams"]["/roseau/operator"]["received"], 1);
+  EXPECT_EQ(replayed.json()["streams"]["/roseau/operator"]["received"], 3);
 }
 
 TEST_F(RecordingControlTest, StartsStopsAndTriggersByCommandAndSignal) {

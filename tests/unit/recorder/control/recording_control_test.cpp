@@ -161,6 +161,50 @@ TEST_F(RecordingControlTest, TriggeredWhileItSettlesTheSameRecordingGoesOnWithou
   EXPECT_EQ(causes.size(), 1U);
 }
 
+TEST_F(RecordingControlTest, AStartRightAfterAStopIsAnotherRecording) {
+  make(with(1s, 200ms));
+  ASSERT_TRUE(control->start(at_ms(0), "operator"));
+  play(0, 1000);
+  control->stop(at_ms(1000));
+  play(1010, 1050);
+  ASSERT_TRUE(control->trigger(at_ms(1050), "gust"));
+  play(1060, 3000);
+  ASSERT_TRUE(control->finish());
+  EXPECT_EQ(read(1).at("/sonic/wind"), steps(0, 1000));
+  EXPECT_EQ(read(2).at("/sonic/wind"), steps(1010, 1250));
+  EXPECT_THAT(causes, ElementsAre("operator", "trigger gust"));
+}
+
+TEST_F(RecordingControlTest, CalibrationsAndTargetsFromLongBeforeStandAtTheFrontOnce) {
+  make(with(500ms, 100ms));
+  const StreamId calibration = streams.add({.topic = "/camera0/calibration", .kind = "camera_calibration"});
+  const StreamId actions = streams.add({.topic = "/roseau/operator", .kind = "operator_action"});
+  const auto act = [&](std::int64_t time_ms, OperatorAction::Kind kind, const std::string& target) {
+    control->take({{.stream = actions, .arrival_time = at_ms(time_ms), .sample_time = at_ms(time_ms)},
+                   OperatorAction{.kind = kind, .text = target, .camera = "camera0", .region = {1, 2, 30, 40}}},
+                  at_ms(time_ms));
+  };
+  using Kind = OperatorAction::Kind;
+  control->take({{.stream = calibration}, CameraCalibration{}}, at_ms(1));
+  act(2, Kind::add_target, "crown");
+  act(3, Kind::add_target, "stem");
+  act(4, Kind::remove_target, "stem");
+  act(5, Kind::mark, "a mark is no target");
+  play(10, 5700);
+  act(5705, Kind::add_target, "recent");  // part of the past itself
+  play(5710, 6000);
+  ASSERT_TRUE(control->trigger(at_ms(6000), "gust"));
+  play(6010, 9000);
+  ASSERT_TRUE(control->trigger(at_ms(9000), "gust"));
+  play(9010, 12'000);
+  ASSERT_TRUE(control->finish());
+  // A nanosecond or two before the first sample.
+  EXPECT_THAT(read(1).at("/camera0/calibration"), ElementsAre(5499));
+  EXPECT_THAT(read(1).at("/roseau/operator"), ElementsAre(5499, 5705));
+  EXPECT_EQ(read(1).at("/sonic/wind"), steps(5500, 6100));
+  EXPECT_THAT(read(2).at("/roseau/operator"), ElementsAre(8499, 8499)) << "both targets";
+}
+
 TEST_F(RecordingControlTest, ResultsThatComeALittleLateStillBelong) {
   make(with(0s, 0s));
   ASSERT_TRUE(control->start(at_ms(0), "operator"));
