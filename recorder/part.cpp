@@ -164,7 +164,7 @@ FinishedPart Part::finish(const CountsSnapshot& end, mcap::TopicCounters& sessio
   return {.path = path_,
           .session_id = head_.session_id,
           .part = head_.part,
-          .bytes = session_.bytes(),
+          .bytes = written_bytes(),
           .seconds = to_seconds(age_at(last_log_time_)),
           .problem = finished ? "" : finished.error().message};
 }
