@@ -179,6 +179,11 @@ void Recording::recover(recorder::Interrupted left) {
   const std::string resumed = resumed_ ? resumed_->session : "";
   // Beside the session that begins now: nobody waits for old files.
   recovery_ = std::jthread([this, left = std::move(left), resumed](const std::stop_token& stop) {
+    for (const path& file : left.empty) {
+      std::error_code ignored;
+      if (std::filesystem::remove(file, ignored))
+        log("recorder")->info("removed {}: it was made, and nothing was written", file.string());
+    }
     for (const path& file : left.files) {
       if (stop.stop_requested()) return;
       recover_file(file, stop);
@@ -435,6 +440,12 @@ void Recording::report(Health& health) const {
   health.battery_percent = found_.power.battery_percent.value_or(0);
   health.on_battery = found_.power.on_battery;
   std::vector<std::string> messages = found_.warnings;
+  if (status.lost > 0) {
+    messages.push_back(
+        fmt::format("{} samples were dropped while the past before a trigger was written (counted per stream): the "
+                    "disk is too slow for it. A smaller pre_trigger_s, or a larger pre_trigger_mib, helps",
+                    status.lost));
+  }
   if (!status.failure.empty()) messages.insert(messages.begin(), status.failure);
   if (!found_.refusal.empty()) messages.insert(messages.begin(), found_.refusal);
   for (const auto& message : messages) health.recorder_message += (health.recorder_message.empty() ? "" : ". ") + message;

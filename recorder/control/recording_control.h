@@ -6,8 +6,8 @@
 //   own thread: makes files, writes the line out, closes files
 //
 // What a recording needs to be of use alone, and came long before it, stands at its front, restated as of then: how the cameras
-// look at the world, and which targets the operator chose. No other sample is recorded twice, and none is lost on the way. Order
-// is kept: the past, then what came while it was written, then what comes.
+// look at the world, and which targets the operator chose. No other sample is recorded twice, and none is lost on the way.
+// Order is kept: the past, then what came while it was written, then what comes.
 #pragma once
 
 #include <condition_variable>

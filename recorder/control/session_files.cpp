@@ -204,9 +204,19 @@ Interrupted find_interrupted(const std::filesystem::path& directory, std::filesy
     const auto time_of = [](const std::string& name) { return name.substr(name.size() - kTimePattern.size()); };
     if (note && (!found.session || time_of(found.session->session) < time_of(session))) found.session = std::move(note);
   }
+  for (std::filesystem::directory_iterator entry(directory, error), end; !error && entry != end; entry.increment(error)) {
+    const auto name = part_name_from(entry->path());
+    if (!name || !crashed.contains(name->session)) continue;
+    // A file without a head counts too: its name is taken.
+    if (found.session && found.session->session == name->session)
+      found.session->part = std::max(found.session->part, name->part);
+    std::error_code unreadable;
+    if (entry->symlink_status(unreadable).type() == std::filesystem::file_type::regular && entry->file_size(unreadable) == 0) {
+      found.empty.push_back(entry->path());
+    }
+  }
   for (const SessionFile& file : list_session_files(directory)) {
     const std::string& session = file.name.session;
-    if (found.session && found.session->session == session) found.session->part = std::max(found.session->part, file.name.part);
     if (file.is_finished || running.contains(session)) continue;
     if (!crashed.contains(session) && file.written + quiet > now) continue;
     found.files.push_back(file.path);

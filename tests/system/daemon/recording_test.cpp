@@ -90,6 +90,27 @@ TEST_F(RecordingControlTest, StartsStopsAndTriggersByCommandAndSignal) {
   for (const auto& file : recordings()) expect_whole(file);
 }
 
+TEST_F(RecordingControlTest, AKilledRecorderGoesOnInTheNextPartAndEverythingIsCopied) {
+  const auto live = config("at_start = true\nresume_after_crash = true\nsplit_s = 1\ncopy_directory = 'second'\n");
+  Process killed(command({"run", live, "--headless"}), folder_.path());
+  ASSERT_TRUE(killed.wait_for_err(".part002.mcap")) << killed.err();
+  killed.signal(SIGKILL);
+  EXPECT_EQ(killed.wait(), -SIGKILL);
+  const auto ran = run({"run", live, "--headless", "--for", "3"});
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("going on with session rig-"));
+  // Killed between the making of a file and its first byte there is nothing to mend.
+  EXPECT_THAT(ran.err, ::testing::AnyOf(HasSubstr("is whole again"), HasSubstr("nothing was written")));
+  const auto files = recordings();
+  EXPECT_GE(files.size(), 4U);
+  for (const auto& file : files) {
+    if (file.ends_with(".torn")) continue;  // what could not be read
+    EXPECT_THAT(file, ::testing::EndsWith(".mcap")) << "nothing else is left";
+    expect_whole(file);
+    EXPECT_EQ(read_text_file(folder_.path() / "second" / std::filesystem::path(file).filename()), read_text_file(file));
+  }
+}
+
 TEST_F(RecordingControlTest, WhereNobodyListensTheCommandSaysSo) {
   const auto ran = run({"record", "--port", "1"});
   EXPECT_EQ(ran.status, 1);

@@ -179,6 +179,18 @@ TEST_F(DirectoryTest, ACrashIsSeenByWhatItLeft) {
   EXPECT_EQ(found.markers.size(), 2U);
 }
 
+TEST_F(DirectoryTest, KilledBetweenTwoPartsTheNumberOfTheEmptyOneIsTaken) {
+  record("storm-20261122T140501Z.mcap");
+  const auto empty = folder.write("storm-20261122T140501Z.part002.mcap", "");
+  folder.write("other-20261122T140501Z.mcap", "");  // nobody said that it was being recorded
+  folder.write("storm-20261122T140501Z.recording", "part = 1\n");
+  const auto found = find_interrupted(folder.path(), long_after());
+  EXPECT_THAT(found.empty, ElementsAre(std::filesystem::path(empty)));
+  EXPECT_THAT(found.files, IsEmpty());
+  ASSERT_TRUE(found.session);
+  EXPECT_EQ(found.session->part, 2U);
+}
+
 TEST_F(DirectoryTest, WhatIsBeingRecordedIsLeftAlone) {
   record_cut("storm-20261122T140501Z.mcap");
   {
