@@ -147,14 +147,24 @@ class FullDiskTest : public ProgramTest {
   bool mounted_ = false;
 };
 
-TEST_F(FullDiskTest, RecordingSaysSoAndWhatWasWrittenIsASession) {
-  const auto ran = run({"run", live_config(), "--headless", "--json", "--for", "5", "--record", disk()});
+TEST_F(FullDiskTest, RecordingEndsInTimeAndTheRestRunsOn) {
+  const auto config = live_config("[recording]\nleast_free_mib = 5\n");
+  const auto ran = run({"run", config, "--headless", "--json", "--for", "5", "--record", disk()});
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("Free some space or record to another disk"));
+  EXPECT_GT(ran.json()["streams"]["/camera0/image"]["received"], 60) << "the rest of the program ran on";
+  const auto verified = run({"verify", session_in(disk()), "--json"});
+  EXPECT_EQ(verified.status, 0) << verified.out << verified.err;
+  EXPECT_TRUE(verified.json()["whole"]);
+}
+
+TEST_F(FullDiskTest, WithoutAGuardRecordingSaysSoAndWhatWasWrittenIsASession) {
+  const auto config = live_config("[recording]\nleast_free_mib = 0\n");
+  const auto ran = run({"run", config, "--headless", "--json", "--for", "5", "--record", disk()});
   EXPECT_EQ(ran.status, 1);
   EXPECT_THAT(ran.err, HasSubstr("No space left"));
   EXPECT_GT(ran.json()["streams"]["/camera0/image"]["received"], 60) << "the rest of the program ran on";
-  std::string file;
-  for (const auto& entry : std::filesystem::directory_iterator(disk())) file = entry.path().string();
-  const auto info = run({"info", file, "--json"});
+  const auto info = run({"info", session_in(disk()), "--json"});
   ASSERT_EQ(info.status, 0) << info.err;
   EXPECT_GT(info.json()["streams"]["/camera0/image"]["messages"], 3);
 }

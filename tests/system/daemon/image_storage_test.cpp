@@ -20,11 +20,6 @@ class ImageStorageTest : public ProgramTest {
   nlohmann::json digest(const std::string& file) const {
     return run({"replay", file, "--max", "--headless", "--json"}).json()["digest"];
   }
-  static std::string only_file_in(const std::string& folder) {
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) return entry.path().string();
-    ADD_FAILURE() << "nothing was recorded";
-    return {};
-  }
 };
 
 TEST_F(ImageStorageTest, LosslessPicturesGiveTheResultsOfRawOnes) {
@@ -47,14 +42,14 @@ TEST_F(ImageStorageTest, LiveResultsAreThoseOfTheRecordingInEveryForm) {
     const auto images = live.json()["streams"]["/camera0/image"];
     EXPECT_GT(images["recorded"], 60);
     EXPECT_EQ(images["recorded"], images["received"]);
-    const auto recording = only_file_in(path("rec_" + storage));
+    const auto recording = session_in(path("rec_" + storage));
     EXPECT_EQ(run({"verify", recording}).status, 0);
     EXPECT_NE(read_text_file(recording).find("foxglove.CompressedImage"), std::string::npos);
     EXPECT_EQ(live.json()["digest"], digest(recording)) << storage;
     // A recording of the replay holds the same files, so it gives the same again.
     const auto replayed = run({"replay", recording, "--max", "--headless", "--json", "--record", path("again_" + storage)});
     ASSERT_EQ(replayed.status, 0) << replayed.err;
-    EXPECT_EQ(live.json()["digest"], digest(only_file_in(path("again_" + storage))));
+    EXPECT_EQ(live.json()["digest"], digest(session_in(path("again_" + storage))));
   }
 }
 

@@ -30,9 +30,7 @@ class KillTest : public ProgramTest {
     killed.at_s = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
     process.signal(SIGKILL);
     EXPECT_EQ(process.wait(), -SIGKILL);
-    for (const auto& entry : std::filesystem::directory_iterator(path(folder))) {
-      if (entry.path().extension() == ".mcap") killed.session = entry.path();
-    }
+    killed.session = session_in(path(folder));
     return killed;
   }
 

@@ -50,9 +50,18 @@ class ProgramTest : public ::testing::Test {
     return path(name);
   }
   /// A configuration that runs the small scene live.
-  std::string live_config() const {
+  std::string live_config(const std::string& more = "") const {
     small_scene();
-    return folder_.write("live.toml", "[simulation]\nscene = 'scene.toml'\n");
+    return folder_.write("live.toml", "[simulation]\nscene = 'scene.toml'\n" + more);
+  }
+  /// The one session file in a folder.
+  static std::string session_in(const std::filesystem::path& folder) {
+    std::string found;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      if (entry.path().extension() == ".mcap") found = entry.path().string();
+    }
+    EXPECT_FALSE(found.empty()) << "nothing was recorded";
+    return found;
   }
 
   const TemporaryFolder folder_;

@@ -16,11 +16,7 @@ using ::testing::HasSubstr;
 
 class ReplayTest : public ProgramTest {
  protected:
-  std::string recording() const {
-    for (const auto& entry : std::filesystem::directory_iterator(folder_.path() / "rec")) return entry.path().string();
-    ADD_FAILURE() << "nothing was recorded";
-    return {};
-  }
+  std::string recording() const { return session_in(folder_.path() / "rec"); }
 };
 
 TEST_F(ReplayTest, DigestIsTheSameAtEverySpeed) {
