@@ -130,15 +130,17 @@ TEST_F(BadInputTest, DeviceThatIsAbsentIsWaitedForWhileOthersRun) {
   EXPECT_EQ(ran.json()["streams"]["/here/wind"]["received"], 1);
 }
 
-/// A disk of 12 MB. Needs the right to mount.
+/// A small disk. Needs the right to mount.
 class FullDiskTest : public ProgramTest {
  protected:
   void SetUp() override {
     std::filesystem::create_directory(disk());
-    if (mount("tmpfs", disk().c_str(), "tmpfs", 0, "size=12m") != 0) {
-      GTEST_SKIP() << "no right to mount a small disk: " << std::strerror(errno);
-    }
-    mounted_ = true;
+    if (!mount_disk("12m")) GTEST_SKIP() << "no right to mount a small disk: " << std::strerror(errno);
+  }
+  bool mount_disk(const char* size) {
+    if (mounted_) umount(disk().c_str());
+    mounted_ = mount("tmpfs", disk().c_str(), "tmpfs", 0, (std::string("size=") + size).c_str()) == 0;
+    return mounted_;
   }
   void TearDown() override {
     if (mounted_) umount(disk().c_str());
@@ -148,8 +150,9 @@ class FullDiskTest : public ProgramTest {
 };
 
 TEST_F(FullDiskTest, RecordingEndsInTimeAndTheRestRunsOn) {
-  const auto config = live_config("[recording]\nleast_free_mib = 5\n");
-  const auto ran = run({"run", config, "--headless", "--json", "--for", "5", "--record", disk()});
+  ASSERT_TRUE(mount_disk("64m"));
+  const auto config = live_config("[recording]\nleast_free_mib = 45\n");
+  const auto ran = run({"run", config, "--headless", "--json", "--for", "6", "--record", disk()});
   EXPECT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("Free some space or record to another disk"));
   EXPECT_GT(ran.json()["streams"]["/camera0/image"]["received"], 60) << "the rest of the program ran on";

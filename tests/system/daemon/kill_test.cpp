@@ -66,10 +66,13 @@ class KillTest : public ProgramTest {
 };
 
 TEST_F(KillTest, EverythingOlderThanASecondIsThereAndCountsAreHonest) {
-  const char* const set = std::getenv("ROSEAU_KILLS");
-  const int kills = set != nullptr ? std::atoi(set) : 4;
-  std::mt19937 random(1);
-  std::uniform_real_distribution<double> after_s(1.3, 4);  // the first checkpoint comes after a second
+  const auto number = [](const char* variable, int otherwise) {
+    const char* const set = std::getenv(variable);
+    return set != nullptr ? std::atoi(set) : otherwise;
+  };
+  const int kills = number("ROSEAU_KILLS", 4);
+  std::mt19937 random(static_cast<std::uint32_t>(number("ROSEAU_KILLS_SEED", 1)));
+  std::uniform_real_distribution<double> after_s(1.3, 3);  // the first checkpoint comes after a second
   double worst_s = 0;
   for (int i = 0; i < kills; ++i) {
     SCOPED_TRACE("kill " + std::to_string(i));
