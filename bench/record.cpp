@@ -6,6 +6,7 @@
 // cameras are recorded at their own rate; beside it, at the same moments, what only copying the sample takes: what the machine
 // itself does to a thread (whoever else runs on it) is in both.
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -112,12 +113,13 @@ constexpr std::size_t kBlockBytes = 4U << 20U;
 constexpr std::size_t kBlocks = kFrames * kFrameBytes / kBlockBytes;
 
 struct AlignedDelete {
-  void operator()(std::byte* bytes) const { ::operator delete[](bytes, std::align_val_t{4096}); }
+  void operator()(std::byte* bytes) const { ::operator delete[](bytes, std::align_val_t{kBlockBytes}); }
 };
 using AlignedBlock = std::unique_ptr<std::byte[], AlignedDelete>;
 
 AlignedBlock noise_block() {
-  AlignedBlock block(static_cast<std::byte*>(::operator new[](kBlockBytes, std::align_val_t{4096})));
+  AlignedBlock block(static_cast<std::byte*>(::operator new[](kBlockBytes, std::align_val_t{kBlockBytes})));
+  static_cast<void>(::madvise(block.get(), kBlockBytes, MADV_HUGEPAGE));  // what is fastest
   std::mt19937 random(2);
   std::generate_n(block.get(), kBlockBytes, [&] { return static_cast<std::byte>(random()); });
   return block;
@@ -278,6 +280,14 @@ Result<void> time_two_cameras(FramePool& pool, const std::filesystem::path& path
 
 // ---------------------------------------------------------------------------------------------------------------------
 
+/// What was done before, and the removal of its file, is no part of the next measurement.
+void settle_disk() {
+  const int fd = ::open(work_directory().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) return;
+  static_cast<void>(::syncfs(fd));
+  ::close(fd);
+}
+
 Rate median(std::vector<Rate> rates) {
   std::ranges::sort(rates, {}, &Rate::cpu_s);
   Rate median{.cpu_s = rates[rates.size() / 2].cpu_s};
@@ -291,24 +301,30 @@ Result<nlohmann::ordered_json> run() {
   auto frames = noise_frames(pool);
   const AlignedBlock block = noise_block();
   const auto path = work_directory() / ("roseau-bench-record-" + std::to_string(::getpid()) + ".mcap");
-  // In turn, so that all meet the same machine.
+  // Ours and the limit in turn, so that they meet the same disk; then the others, whose dirty pages would be in their way.
   std::vector<Rate> recorded;
   std::vector<Rate> limit;
   std::vector<Rate> plain;
   std::vector<Rate> summed;
-  const std::pair<std::vector<Rate>&, std::function<Result<Rate>()>> works[] = {
-      {recorded, [&] { return measure([&] { return record(frames, path); }); }},
-      {limit, [&] { return write_directly(block, path); }},
-      {plain, [&] { return measure([&] { return write_plainly(frames, path); }); }},
-      {summed, [&] { return measure([&] { return sum(frames); }); }},
-  };
-  for (int round = 0; round < kRounds; ++round) {
-    for (const auto& [rates, work] : works) {
-      auto rate = work();
-      std::error_code ignored;
-      std::filesystem::remove(path, ignored);
-      if (!rate) return rate.error();
-      rates.push_back(*rate);
+  using Works = std::vector<std::pair<std::vector<Rate>&, std::function<Result<Rate>()>>>;
+  const Works in_turn[] = {{
+                               {recorded, [&] { return measure([&] { return record(frames, path); }); }},
+                               {limit, [&] { return write_directly(block, path); }},
+                           },
+                           {
+                               {plain, [&] { return measure([&] { return write_plainly(frames, path); }); }},
+                               {summed, [&] { return measure([&] { return sum(frames); }); }},
+                           }};
+  for (const Works& works : in_turn) {
+    for (int round = 0; round < kRounds; ++round) {
+      for (const auto& [rates, work] : works) {
+        settle_disk();
+        auto rate = work();
+        std::error_code ignored;
+        std::filesystem::remove(path, ignored);
+        if (!rate) return rate.error();
+        rates.push_back(*rate);
+      }
     }
   }
   const Rate record_rate = median(recorded);
@@ -333,6 +349,7 @@ Result<nlohmann::ordered_json> run() {
   };
   frames.clear();  // the captures take their buffers
   for (const auto& time : {time_at_full_rate, time_two_cameras}) {
+    settle_disk();
     auto timed = time(pool, path, figures);
     std::error_code ignored;
     std::filesystem::remove(path, ignored);
