@@ -187,17 +187,20 @@ TEST_F(WriteFaults, EachAppendInTurn) {
 }
 
 TEST_F(WriteFaults, EachSyncInTurn) {
-  for (int k = 0; k < 4; ++k) {
+  int failed = 0;
+  for (int k = 0; k < 100; ++k) {
     SCOPED_TRACE("sync " + std::to_string(k));
     FaultyDisk disk;
     disk.failing_sync = k;
     const auto state = record(std::make_unique<FaultyWritable>(disk));
     ASSERT_TRUE(state);
-    ASSERT_TRUE(disk.failed);
     expect_honest(disk, *state);
+    if (!disk.failed) break;  // so many there were not: they come by the clock
+    ++failed;
     EXPECT_THAT(first_error, HasSubstr("cannot sync"));
     EXPECT_THAT(state->message, HasSubstr("cannot sync"));
   }
+  EXPECT_GE(failed, 2) << "there are always those of closing";
 }
 
 TEST_F(WriteFaults, WritesThatFailAfterTheyWerePutOff) {
