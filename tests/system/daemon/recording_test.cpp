@@ -11,6 +11,9 @@ namespace {
 
 using ::testing::HasSubstr;
 
+// The simulated tree's past is computed first: seconds of work, many of them on a busy machine.
+constexpr std::chrono::seconds kPatience{200};
+
 class RecordingControlTest : public ProgramTest {
  protected:
   std::string config(const std::string& recording) const {
@@ -56,7 +59,7 @@ TEST_F(RecordingControlTest, WindOnTheSimulatedRigTriggersOnce) {
 
 TEST_F(RecordingControlTest, StartsStopsAndTriggersByCommandAndSignal) {
   Process daemon(command({"run", config("post_trigger_s = 60\n"), "--port", "0"}), folder_.path());
-  ASSERT_TRUE(daemon.wait_for_err("live page: http://127.0.0.1:")) << daemon.err();
+  ASSERT_TRUE(daemon.wait_for_err("live page: http://127.0.0.1:", kPatience)) << daemon.err();
   const std::string said = daemon.err();
   const std::size_t at = said.find("http://127.0.0.1:") + 17;
   const std::string port = said.substr(at, said.find_first_not_of("0123456789", at) - at);
@@ -66,19 +69,19 @@ TEST_F(RecordingControlTest, StartsStopsAndTriggersByCommandAndSignal) {
   EXPECT_EQ(stopped.status, 1);
   EXPECT_THAT(stopped.err, HasSubstr("nothing is being recorded"));
   EXPECT_EQ(record("start").status, 0);
-  ASSERT_TRUE(daemon.wait_for_err("recording to ")) << daemon.err();
+  ASSERT_TRUE(daemon.wait_for_err("recording to ", kPatience)) << daemon.err();
   EXPECT_EQ(record("start").status, 1) << "already recording";
   EXPECT_EQ(record("trigger").status, 0);
   EXPECT_EQ(record("stop").status, 0);
   // The page's figures are renewed once a second.
   std::string phase;
-  for (int i = 0; i < 50 && phase != "idle"; ++i) {
+  for (int i = 0; i < 200 && phase != "idle"; ++i) {
     const auto status = run({"record", "--json", "--port", port});
     if (status.status == 0) phase = status.json()["phase"];
   }
   EXPECT_EQ(phase, "idle");
   daemon.signal(SIGUSR1);
-  for (int i = 0; i < 50 && phase != "post_trigger"; ++i) {
+  for (int i = 0; i < 200 && phase != "post_trigger"; ++i) {
     const auto status = run({"record", "--json", "--port", port});
     if (status.status == 0) phase = status.json()["phase"];
   }
@@ -93,7 +96,7 @@ TEST_F(RecordingControlTest, StartsStopsAndTriggersByCommandAndSignal) {
 TEST_F(RecordingControlTest, AKilledRecorderGoesOnInTheNextPartAndEverythingIsCopied) {
   const auto live = config("at_start = true\nresume_after_crash = true\nsplit_s = 1\ncopy_directory = 'second'\n");
   Process killed(command({"run", live, "--headless"}), folder_.path());
-  ASSERT_TRUE(killed.wait_for_err(".part002.mcap")) << killed.err();
+  ASSERT_TRUE(killed.wait_for_err(".part002.mcap", kPatience)) << killed.err();
   killed.signal(SIGKILL);
   EXPECT_EQ(killed.wait(), -SIGKILL);
   const auto ran = run({"run", live, "--headless", "--for", "3"});
