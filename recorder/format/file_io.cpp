@@ -50,8 +50,12 @@ const char* advice_for(int error_number) {
       return ": move it away or choose another name (a session is never overwritten)";
     case EFBIG:
       return ": this disk takes no larger files: split the recording, or record to another disk";
-    case EROFS:
-      return ": was the disk unplugged, or has it errors? See dmesg; record to another disk";
+    case EIO:
+    case ENODEV:
+    case EROFS:  // what the system took since the last sync and has not written is gone
+      return ": was the disk unplugged, or has it errors? See dmesg. Up to two seconds that were counted as recorded may be "
+             "lost; "
+             "record to another disk";
     default:
       return "";
   }

@@ -45,6 +45,8 @@ model = "gill_windsonic"
 port = "tcp-listen://127.0.0.1:4001"
 [tracking]
 feature_count = 20
+[recording]
+least_free_mib = 0
 )");
   work.write("record.sh", fmt::format(R"sh(mkdir -p /tmp/disk
 {}
