@@ -179,6 +179,9 @@ void Recording::recover(recorder::Interrupted left) {
   const std::string resumed = resumed_ ? resumed_->session : "";
   // Beside the session that begins now: nobody waits for old files.
   recovery_ = std::jthread([this, left = std::move(left), resumed](const std::stop_token& stop) {
+    for (const path& file : left.finished) {
+      if (copy_) copy_->add_unless_there(file);  // nobody may have come to it
+    }
     for (const path& file : left.empty) {
       std::error_code ignored;
       if (std::filesystem::remove(file, ignored))

@@ -132,6 +132,11 @@ class CopyDirectory final : public CopyDisk {
     if (fd >= 0) ::close(fd);
   }
 
+  bool has(const std::string& name, std::uint64_t bytes) override {
+    std::error_code error;
+    return std::filesystem::file_size(directory_ / name, error) == bytes && !error;
+  }
+
   std::vector<std::string> unfinished() override {
     std::vector<std::string> names;
     std::error_code error;

@@ -34,6 +34,8 @@ class CopyDisk {
   virtual Result<std::unique_ptr<CopyFile>> create(const std::string& name) = 0;
   /// Notes that a copy of `name` is wanted, for the next start should this one not come to it.
   virtual void remember(const std::string& name) = 0;
+  /// Whether there is a finished copy of that size.
+  virtual bool has(const std::string& name, std::uint64_t bytes) = 0;
   /// Names of copies that were wanted or begun and never finished.
   virtual std::vector<std::string> unfinished() = 0;
 };

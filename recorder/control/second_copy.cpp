@@ -116,11 +116,21 @@ SecondCopy::SecondCopy(std::unique_ptr<CopyDisk> disk, std::string name, const s
     : disk_(std::move(disk)), retry_(retry) {
   state_.directory = std::move(name);
   state_.state = DeviceState::running;
+  thread_ = std::jthread([this, recordings](const std::stop_token& stop) {
+    lower_priority();
+    take_up_unfinished(recordings);
+    work(stop);
+  });
+}
+
+void SecondCopy::take_up_unfinished(const std::filesystem::path& recordings) {
   for (const std::string& unfinished : disk_->unfinished()) {
     std::error_code ignored;
     if (std::filesystem::is_regular_file(recordings / unfinished, ignored)) add_finished(recordings / unfinished);
   }
-  thread_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
+  const std::scoped_lock lock(mutex_);
+  is_ready_ = true;
+  changed_.notify_all();
 }
 
 SecondCopy::~SecondCopy() = default;
@@ -140,7 +150,10 @@ void SecondCopy::follow(const std::filesystem::path& file, std::uint64_t bytes) 
   work_ready_.notify_all();
 }
 
-void SecondCopy::add_finished(const std::filesystem::path& file) {
+void SecondCopy::add_finished(const std::filesystem::path& file) { add(file, /*may_be_there=*/false); }
+void SecondCopy::add_unless_there(const std::filesystem::path& file) { add(file, /*may_be_there=*/true); }
+
+void SecondCopy::add(const std::filesystem::path& file, bool may_be_there) {
   std::error_code error;
   const auto bytes = std::filesystem::file_size(file, error);
   const std::scoped_lock lock(mutex_);
@@ -149,13 +162,22 @@ void SecondCopy::add_finished(const std::filesystem::path& file) {
     return;
   }
   Job* job = job_of(file);
-  if (job == nullptr) {
-    disk_->remember(file.filename().string());
-    job = &jobs_.emplace_back(Job{.file = file});
-  }
+  if (job == nullptr) job = &jobs_.emplace_back(Job{.file = file, .may_be_there = may_be_there});
   job->available = bytes;
   job->is_finished = true;
   work_ready_.notify_all();
+}
+
+/// Should this run not come to them, the next one will.
+void SecondCopy::remember_new() {
+  std::vector<std::string> names;
+  {
+    const std::scoped_lock lock(mutex_);
+    for (Job& job : jobs_) {
+      if (!std::exchange(job.is_remembered, true) && !job.may_be_there) names.push_back(job.file.filename().string());
+    }
+  }
+  for (const std::string& name : names) disk_->remember(name);
 }
 
 void SecondCopy::forget(const std::filesystem::path& file) {
@@ -172,7 +194,6 @@ std::optional<SecondCopy::Job> SecondCopy::next_job() const {
 }
 
 void SecondCopy::work(const std::stop_token& stop) {
-  lower_priority();
   std::optional<FileCopier> copier;
   while (!stop.stop_requested()) {
     std::optional<Job> job;
@@ -182,6 +203,13 @@ void SecondCopy::work(const std::stop_token& stop) {
       work_ready_.wait(lock, stop, [&] { return (job = next_job()).has_value(); });
     }
     if (!job || stop.stop_requested()) return;
+    remember_new();
+    if (job->may_be_there && disk_->has(job->file.filename().string(), job->available)) {
+      const std::scoped_lock lock(mutex_);
+      done_.insert(job->file);
+      forget(job->file);
+      continue;
+    }
     if (!copier || copier->source() != job->file) copier.emplace(job->file, *disk_);
     const auto stepped = copier->step(job->available, job->is_finished);
     note(*job, stepped, *copier);
@@ -215,8 +243,8 @@ void SecondCopy::note(const Job& job, const Result<bool>& stepped, const FileCop
 
 bool SecondCopy::finish(std::chrono::milliseconds at_most) {
   std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, at_most, [this] { return jobs_.empty() || has_failed_; });
-  return jobs_.empty();
+  changed_.wait_for(lock, at_most, [this] { return is_ready_ && (jobs_.empty() || has_failed_); });
+  return is_ready_ && jobs_.empty();
 }
 
 std::vector<std::filesystem::path> SecondCopy::unfinished() const {

@@ -82,6 +82,8 @@ class SecondCopy {
   void follow(const std::filesystem::path& file, std::uint64_t bytes);
   /// It is closed; or any file that is to be copied.
   void add_finished(const std::filesystem::path& file);
+  /// A file of an earlier run, which may have been copied then.
+  void add_unless_there(const std::filesystem::path& file);
 
   /// Waits until everything is copied, or the time is up, or the disk fails. True: everything is.
   bool finish(std::chrono::milliseconds at_most);
@@ -96,14 +98,19 @@ class SecondCopy {
     std::uint64_t available = 0;
     std::uint64_t verified = 0;
     bool is_finished = false;
+    bool may_be_there = false;   // look first
+    bool is_remembered = false;  // on the second disk, for the next start
   };
+  void add(const std::filesystem::path& file, bool may_be_there);
+  void take_up_unfinished(const std::filesystem::path& recordings);
+  void remember_new();
   void work(const std::stop_token& stop);
   Job* job_of(const std::filesystem::path& file);
   std::optional<Job> next_job() const;
   void note(const Job& job, const Result<bool>& stepped, const FileCopier& copier);
   void forget(const std::filesystem::path& file);
 
-  const std::unique_ptr<CopyDisk> disk_;
+  const std::unique_ptr<CopyDisk> disk_;  // the thread's alone: a disk may hang, and nobody else may hang with it
   const std::chrono::milliseconds retry_;
   mutable std::mutex mutex_;
   std::condition_variable_any work_ready_;
@@ -113,6 +120,7 @@ class SecondCopy {
   Health::Copy state_;
   std::uint64_t done_bytes_ = 0;  // of finished jobs
   bool has_failed_ = false;
+  bool is_ready_ = false;  // knows what an earlier run did not finish
   std::jthread thread_;
 };
 

@@ -217,6 +217,7 @@ Interrupted find_interrupted(const std::filesystem::path& directory, std::filesy
   }
   for (const SessionFile& file : list_session_files(directory)) {
     const std::string& session = file.name.session;
+    if (file.is_finished && crashed.contains(session)) found.finished.push_back(file.path);
     if (file.is_finished || running.contains(session)) continue;
     if (!crashed.contains(session) && file.written + quiet > now) continue;
     found.files.push_back(file.path);

@@ -76,6 +76,7 @@ class RecordingMarker {
 struct Interrupted {
   std::vector<std::filesystem::path> files;      // without an end, and nobody is writing them
   std::optional<RecordingMarker::Note> session;  // the newest one that was going on
+  std::vector<std::filesystem::path> finished;   // whole parts of sessions that a crash ended
   std::vector<std::filesystem::path> empty;      // of sessions that a crash ended: made, and nothing written yet
   std::vector<std::filesystem::path> markers;    // of sessions nobody records any more
 };

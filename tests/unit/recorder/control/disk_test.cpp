@@ -171,6 +171,7 @@ TEST_F(DirectoryTest, ACrashIsSeenByWhatItLeft) {
   folder.write("storm-20261120T000000Z.recording", "part = 7\n");
   const auto found = find_interrupted(folder.path(), std::filesystem::file_time_type::clock::now());
   EXPECT_THAT(found.files, ElementsAre(cut));
+  EXPECT_THAT(found.finished, ElementsAre(folder.path() / "storm-20261122T140501Z.mcap"));
   ASSERT_TRUE(found.session);
   EXPECT_EQ(found.session->session, "storm-20261122T140501Z");
   EXPECT_EQ(found.session->session_id, "abc");

@@ -79,6 +79,10 @@ struct FaultyDisk : CopyDisk {
     const std::scoped_lock lock(shared->mutex);
     shared->growing[name];
   }
+  bool has(const std::string& name, std::uint64_t bytes) override {
+    const std::scoped_lock lock(shared->mutex);
+    return shared->finished.contains(name) && shared->finished.at(name).size() == bytes;
+  }
   std::vector<std::string> unfinished() override {
     std::vector<std::string> names;
     for (const auto& [name, bytes] : shared->growing) names.push_back(name);
@@ -209,6 +213,17 @@ TEST_F(SecondCopyTest, WhatAnEarlierRunDidNotFinishIsTakenUpAgain) {
   EXPECT_EQ(disk->finished.at("a.mcap"), content);
 }
 
+TEST_F(SecondCopyTest, WhatAnEarlierRunMayHaveCopiedIsCopiedOnlyWhereItDidNot) {
+  const std::string content = noise(1000);
+  disk->finished["there.mcap"] = content;
+  disk->finished["other.mcap"] = "shorter";
+  auto copy = make();
+  for (const char* name : {"there.mcap", "other.mcap", "missing.mcap"}) copy->add_unless_there(folder.write(name, content));
+  EXPECT_TRUE(copy->finish(60s));
+  EXPECT_EQ(disk->opened, 2);
+  for (const char* name : {"there.mcap", "other.mcap", "missing.mcap"}) EXPECT_EQ(disk->finished.at(name), content) << name;
+}
+
 TEST_F(SecondCopyTest, OnARealDisk) {
   const roseau::testing::TemporaryFolder second;
   const auto directory = second.path() / "made";
@@ -222,6 +237,9 @@ TEST_F(SecondCopyTest, OnARealDisk) {
   }
   EXPECT_EQ(read_text_file(directory / "a.mcap"), content);
   EXPECT_FALSE(std::filesystem::exists(directory / "a.mcap.copying"));
+  EXPECT_TRUE(make_copy_directory(directory)->has("a.mcap", content.size()));
+  EXPECT_FALSE(make_copy_directory(directory)->has("a.mcap", 1));
+  EXPECT_FALSE(make_copy_directory(directory)->has("b.mcap", 0));
   make_copy_directory(directory)->remember("b.mcap");
   EXPECT_THAT(make_copy_directory(directory)->unfinished(), ElementsAre("b.mcap"));
 }
