@@ -78,6 +78,7 @@ WriteLog read_write_log(const std::filesystem::path& path) {
                           .flushes_before = flush,
                           .durable = (entry.flags & kWriteThroughFlag) != 0};
     flush = false;
+    file.seekg(static_cast<std::streamoff>(position));
     if (!file.read(reinterpret_cast<char*>(write.data.data()), static_cast<std::streamsize>(write.data.size()))) break;
     position += bytes;
     log.writes.push_back(std::move(write));
