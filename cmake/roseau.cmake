@@ -37,8 +37,12 @@ function(roseau_test folder)
     string(REPLACE "/" "_" used_name ${used})
     target_link_libraries(test_${name} PRIVATE roseau_${used_name})
   endforeach()
+  set(labels "")
+  if(ARG_LABELS)
+    set(labels LABELS ${ARG_LABELS})
+  endif()
   gtest_discover_tests(test_${name}
     TEST_PREFIX "${folder}/"
     DISCOVERY_TIMEOUT 60
-    PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}" SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\]")
+    PROPERTIES TIMEOUT ${ARG_TIMEOUT} SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\]" ${labels})
 endfunction()
