@@ -27,7 +27,7 @@ class CodedBuffers {
     FrameLease coded;
     explicit operator bool() const { return pixels && coded; }
   };
-  /// Empty leases when consumers hold all there are: for now.
+  /// Empty leases while consumers hold all there are; once some come back, the next one is filled.
   Pair acquire(std::size_t pixel_bytes, std::size_t coded_bytes);
 
  private:
